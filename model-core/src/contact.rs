@@ -3,9 +3,9 @@
 //! Everything that does not depend on the load is computed here once, from exact elliptic integrals, and
 //! can be evaluated at compile time: no constant of the block is typed in.
 
+use crate::Error;
 use crate::num::constant::{cbrt, sqrt};
 use crate::quantity::check;
-use crate::Error;
 use core::f64::consts::PI;
 
 /// Which speed stands in the Hersey number `H = ν u / P`.
@@ -229,7 +229,8 @@ mod tests {
         for row in TABLE_A5 {
             let guide = Guide { conformity_rail: row[0], conformity_slider: row[0], ..GUIDE };
             let c = Contact::of(&guide);
-            let got = [row[0], c.ellipse.kappa, c.ellipse.a, c.ellipse.b, c.ellipse.approach, c.k_a, c.k_b, c.k_p, c.eps];
+            let got =
+                [row[0], c.ellipse.kappa, c.ellipse.a, c.ellipse.b, c.ellipse.approach, c.k_a, c.k_b, c.k_p, c.eps];
             for (g, w) in got.iter().zip(row) {
                 assert!((g / w - 1.0).abs() < 2e-5, "f = {}: {g} against {w}", row[0]);
             }

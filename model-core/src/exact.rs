@@ -166,8 +166,7 @@ impl Exact {
             ContactAngle::Exact => {
                 let cube = libm::cbrt(q);
                 let approach = self.contact.eps * cube * cube;
-                1.0 - (2.0 / 3.0) * approach
-                    / (self.contact.s0 + approach - self.guide.initial_interference_m)
+                1.0 - (2.0 / 3.0) * approach / (self.contact.s0 + approach - self.guide.initial_interference_m)
             }
         }
     }
@@ -178,7 +177,8 @@ impl Exact {
     /// input (physics.md C.2), so the answer is unique. `None` unless the force is positive and finite, the
     /// viscosity and speed are not negative, and the load stays within the geometry.
     pub fn working_point(&self, drag_force_n: f64, nu: f64, speed_m_s: f64) -> Option<WorkingPoint> {
-        let usable = drag_force_n.is_finite() && drag_force_n > 0.0 && nu.is_finite() && nu >= 0.0 && speed_m_s.is_finite();
+        let usable =
+            drag_force_n.is_finite() && drag_force_n > 0.0 && nu.is_finite() && nu >= 0.0 && speed_m_s.is_finite();
         if !usable {
             return None;
         }

@@ -28,15 +28,12 @@ impl Friction {
     ///
     /// `μ(H) = μ_c + μ_v H + μ_s e^(-k_s H)`      Zhou 2023, Eq. 20
     pub fn coefficient(&self, hersey: f64) -> f64 {
-        self.mu_coulomb
-            + self.mu_viscous * hersey
-            + self.mu_stribeck * libm::exp(-self.stribeck_exponent * hersey)
+        self.mu_coulomb + self.mu_viscous * hersey + self.mu_stribeck * libm::exp(-self.stribeck_exponent * hersey)
     }
 
     /// dμ/dH, per unit of H.
     pub fn slope(&self, hersey: f64) -> f64 {
-        self.mu_viscous
-            - self.mu_stribeck * self.stribeck_exponent * libm::exp(-self.stribeck_exponent * hersey)
+        self.mu_viscous - self.mu_stribeck * self.stribeck_exponent * libm::exp(-self.stribeck_exponent * hersey)
     }
 
     /// The Hersey number of the smallest friction coefficient: `ln(μ_s k_s/μ_v)/k_s`.

@@ -1,1 +1,742 @@
-//! stub
+//! The on-board pipeline as one pure step: counts in, an [`Estimate`] out at the publishing rate.
+//!
+//! [`Params`] is what a person or a calibration sets, [`Monitor`] the checked and precomputed model,
+//! [`State`] all that a block of samples may change. No clock, no I/O: time is the tick inside the block.
+
+use crate::Error;
+use crate::calibration::Calibration;
+use crate::encoder::Encoder;
+use crate::num;
+use crate::quantity::check;
+use crate::reduced::{Inversion, OutOfDomain, Reduced};
+use crate::reference::zhou_2023;
+use crate::ripple::{OrderTracker, Ripple};
+use crate::sample::{
+    BLOCK_HZ, BLOCK_PERIOD_S, Estimate, Measured, Motion, RawBlock, Reason, Reasons, SAMPLE_HZ, SAMPLES_PER_BLOCK,
+};
+use crate::viscosity::ViscosityCubic;
+use crate::window::{BLOCKS, Summary, View, WINDOW_S, Window};
+
+/// Largest difference between the speeds of two quarters of the window, over the mean speed, that still
+/// counts as steady. Smaller: ordinary speed ripple silences the block. Larger: the drag of an
+/// accelerating carriage is taken for that of a steady one.
+const STEADY_SPREAD: f32 = 0.05;
+
+/// Counts by which two quarters of a perfectly steady motion can differ: each border is rounded once.
+const ROUNDING_COUNTS: i32 = 2;
+
+/// Largest share of the drag force that inertia may have in the window's mean.
+const INERTIA_SHARE: f32 = 0.01;
+
+/// Fewer counts than this in a window are no motion that a speed could be read from.
+const STANDSTILL_COUNTS: i32 = 8;
+
+/// Everything the block has to know, as a person or a calibration sets it. SI units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Params {
+    /// Whether the numbers below were measured for this block. When not, no preload is ever given.
+    pub calibrated: bool,
+    /// Sensors.
+    pub calibration: Calibration,
+    /// Drag law of the guide.
+    pub law: Reduced<f32>,
+    /// Oil.
+    pub viscosity: ViscosityCubic,
+    /// What the law calls viscosity, over ν in cSt: 1 with slip; 60·ρ·1e-6 (ρ in kg/m³) with carriage speed.
+    pub viscosity_number_per_cst: f32,
+    /// Drag of the seals.
+    pub seals: Seals,
+    /// Where the calibration holds.
+    pub range: CalibratedRange,
+    /// Standard deviations of what is assumed.
+    pub uncertainty: Uncertainty,
+    /// Mass between force bridge and guide, kg; decides how much acceleration is too much.
+    pub moved_mass_kg: f32,
+    /// Hardest braking the axis can do, m/s².
+    pub braking_limit_m_s2: f32,
+    /// Travel after a reversal before the drag force is fully developed, m.
+    pub presliding_guard_m: f32,
+    /// Carriage travel per ball entering the loaded zone, m.
+    pub ball_pass_wavelength_m: f32,
+    /// Blocks (10 ms) between two estimates: 10 is 10 Hz, 1 is 100 Hz.
+    pub publish_every_blocks: u16,
+}
+
+/// Seal drag: `F_seal = coulomb + viscous·abs(V)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Seals {
+    /// Constant part, N.
+    pub coulomb_n: f32,
+    /// Part that grows with speed, N s/m.
+    pub viscous_n_s_m: f32,
+}
+
+/// Limits of what was calibrated; outside them the block says so and gives no number.
+///
+/// The temperature limits are those of the viscosity cubic.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct CalibratedRange {
+    /// Lowest speed, m/s.
+    pub speed_from_m_s: f32,
+    /// Highest speed, m/s.
+    pub speed_to_m_s: f32,
+    /// Lowest preload, N.
+    pub preload_from_n: f32,
+    /// Highest preload, N.
+    pub preload_to_n: f32,
+}
+
+/// Standard deviations (1 σ) of what the estimate rests on. All are taken as independent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Uncertainty {
+    /// Zero of the force bridge, N.
+    pub force_offset_n: f32,
+    /// Gain of the force bridge, relative.
+    pub force_gain: f32,
+    /// Seal drag, N.
+    pub seals_n: f32,
+    /// Friction coefficient at a given Hersey number, relative.
+    pub friction: f32,
+    /// Viscosity at a given temperature, relative.
+    pub viscosity: f32,
+    /// Temperature of the oil against the thermometer, K.
+    pub temperature_k: f32,
+    /// Amplitude of the ball-pass ripple over the drag force; what a window shorter than a ball pass sees of it.
+    pub ball_pass_ripple: f32,
+}
+
+impl Params {
+    /// THK SHS35V after Zhou 2023 with a fixed contact angle and VG 100 oil, on the project's bench. Not
+    /// calibrated: the paper's curve is stated to fit another specimen within 19 %, and its seals were off.
+    pub const ZHOU_2023: Params = Params {
+        calibrated: false,
+        calibration: Calibration::BENCH,
+        law: Reduced::of(&zhou_2023::GUIDE_PRODUCTION, &zhou_2023::FRICTION, 600.0).to_f32(),
+        viscosity: ViscosityCubic::VG100,
+        viscosity_number_per_cst: 1.0,
+        seals: Seals { coulomb_n: 0.0, viscous_n_s_m: 0.0 },
+        range: CalibratedRange {
+            speed_from_m_s: zhou_2023::SPEED_RANGE_M_S.0 as f32,
+            speed_to_m_s: zhou_2023::SPEED_RANGE_M_S.1 as f32,
+            preload_from_n: zhou_2023::PRELOAD_RANGE_N.0 as f32,
+            preload_to_n: zhou_2023::PRELOAD_RANGE_N.1 as f32,
+        },
+        uncertainty: Uncertainty {
+            force_offset_n: 0.05,
+            force_gain: 0.005,
+            seals_n: 0.1,
+            friction: 0.03,
+            viscosity: 0.05,
+            temperature_k: 0.5,
+            ball_pass_ripple: 0.01,
+        },
+        moved_mass_kg: 2.0,
+        braking_limit_m_s2: 5.0,
+        presliding_guard_m: 0.5e-3,
+        // pitch 93 mm/13 balls (physics.md B.5), twice: the ball centre moves at half the carriage speed
+        ball_pass_wavelength_m: 14.3e-3,
+        publish_every_blocks: 10,
+    };
+
+    /// Checks every field and builds the model.
+    ///
+    /// # Errors
+    /// The first field that is not finite or outside [`RANGES`](crate::quantity::RANGES), by name.
+    pub fn build(&self) -> Result<Monitor, Error> {
+        self.calibration.check()?;
+        let law = &self.law;
+        for x in [
+            law.loads_per_force,
+            law.preload_per_load,
+            law.angle_per_load,
+            law.film_per_viscous_speed,
+            law.slip_1,
+            law.slip_2,
+            law.viscous,
+            law.stribeck,
+            law.mu_coulomb,
+            law.load_limit_n,
+        ] {
+            if !x.is_finite() {
+                return Err(Error::NonFinite("law"));
+            }
+        }
+        if !(law.loads_per_force > 0.0 && law.preload_per_load > 0.0 && law.film_per_viscous_speed >= 0.0) {
+            return Err(Error::OutOfRange("law"));
+        }
+        for c in self.viscosity.ln {
+            if !c.is_finite() {
+                return Err(Error::NonFinite("viscosity"));
+            }
+        }
+        check("temperature_degc", f64::from(self.viscosity.from_degc))?;
+        check("temperature_degc", f64::from(self.viscosity.to_degc))?;
+        if !(self.viscosity_number_per_cst > 0.0 && self.viscosity_number_per_cst.is_finite()) {
+            return Err(Error::OutOfRange("viscosity_number_per_cst"));
+        }
+        check("seal_drag_n", f64::from(self.seals.coulomb_n))?;
+        check("seal_viscous_n_s_m", f64::from(self.seals.viscous_n_s_m))?;
+        check("speed_m_s", f64::from(self.range.speed_from_m_s))?;
+        check("speed_m_s", f64::from(self.range.speed_to_m_s))?;
+        check("preload_n", f64::from(self.range.preload_from_n))?;
+        check("preload_n", f64::from(self.range.preload_to_n))?;
+        let u = &self.uncertainty;
+        check("force_sigma_n", f64::from(u.force_offset_n))?;
+        check("relative_sigma", f64::from(u.force_gain))?;
+        check("force_sigma_n", f64::from(u.seals_n))?;
+        check("relative_sigma", f64::from(u.friction))?;
+        check("relative_sigma", f64::from(u.viscosity))?;
+        check("temperature_sigma_k", f64::from(u.temperature_k))?;
+        check("relative_sigma", f64::from(u.ball_pass_ripple))?;
+        check("moved_mass_kg", f64::from(self.moved_mass_kg))?;
+        check("braking_limit_m_s2", f64::from(self.braking_limit_m_s2))?;
+        check("presliding_guard_m", f64::from(self.presliding_guard_m))?;
+        check("ball_pass_wavelength_m", f64::from(self.ball_pass_wavelength_m))?;
+        check("publish_every_blocks", f64::from(self.publish_every_blocks))?;
+        Ok(Monitor {
+            guard_counts: (self.presliding_guard_m / self.calibration.metres_per_count.abs()) as i32,
+            wavelengths_per_count: self.calibration.metres_per_count / self.ball_pass_wavelength_m,
+            params: *self,
+        })
+    }
+}
+
+/// The checked model: immutable, the same for every block of samples.
+#[derive(Clone, Copy, Debug)]
+pub struct Monitor {
+    params: Params,
+    guard_counts: i32,
+    wavelengths_per_count: f32,
+}
+
+/// Everything that samples change.
+#[derive(Clone, Copy, Debug)]
+pub struct State {
+    window: Window,
+    encoder: Encoder,
+    ripple: OrderTracker,
+    expected_tick: Option<u32>,
+    /// blocks still to come before the last gap has left the window
+    gap: usize,
+    /// blocks that never came, since start-up
+    lost: u32,
+}
+
+impl State {
+    /// Nothing seen yet.
+    pub const fn new() -> Self {
+        State {
+            window: Window::new(),
+            encoder: Encoder::new(),
+            ripple: OrderTracker::new(),
+            expected_tick: None,
+            gap: 0,
+            lost: 0,
+        }
+    }
+
+    /// Blocks that never came since start-up, saturating.
+    pub fn lost_blocks(&self) -> u32 {
+        self.lost
+    }
+
+    /// Ball-pass ripple of the drag force, once enough travel has shown it.
+    pub fn ripple(&self) -> Option<Ripple> {
+        self.ripple.ripple()
+    }
+}
+
+impl Default for State {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Monitor {
+    /// The parameters it was built from.
+    pub fn params(&self) -> &Params {
+        &self.params
+    }
+
+    /// Takes one block; answers an estimate every [`Params::publish_every_blocks`] blocks.
+    ///
+    /// A tick that is not the expected one means lost samples: the window starts anew.
+    #[inline(never)]
+    pub fn step(&self, state: &mut State, block: &RawBlock) -> Option<Estimate> {
+        self.follow_ticks(state, block.tick);
+        let calibration = &self.params.calibration;
+        let mut summary = Summary::new(&block.force, &block.temperature, 0);
+        let force_n = calibration.force.newtons(summary.force_code());
+        let step = state.encoder.step(
+            &block.position,
+            force_n,
+            calibration.metres_per_count,
+            self.params.braking_limit_m_s2,
+            1.0 / SAMPLE_HZ as f32,
+        );
+        summary.counts = step.counts;
+        state.window.push(summary);
+        state.gap = state.gap.saturating_sub(1);
+        self.track_ripple(state, force_n, step.counts, step.position);
+        let due = block.tick.wrapping_add(1).is_multiple_of(u32::from(self.params.publish_every_blocks));
+        due.then(|| self.estimate(state, block.tick))
+    }
+
+    /// What is known when no block came: nothing, and that is said.
+    pub fn stale(&self, tick: u32) -> Estimate {
+        let mut reasons = Reasons::NONE;
+        reasons.insert(Reason::Stale);
+        reasons.insert_if(!self.params.calibrated, Reason::NotCalibrated);
+        Estimate {
+            tick,
+            preload_n: None,
+            drag_force_n: None,
+            speed_m_s: None,
+            temperature_degc: None,
+            motion: Motion::Unknown,
+            reasons,
+        }
+    }
+
+    fn follow_ticks(&self, state: &mut State, tick: u32) {
+        if let Some(expected) = state.expected_tick
+            && tick != expected
+        {
+            state.lost = state.lost.saturating_add(tick.wrapping_sub(expected));
+            state.window.clear();
+            state.ripple.clear();
+            state.encoder.interrupted();
+            state.gap = BLOCKS;
+        }
+        state.expected_tick = Some(tick.wrapping_add(1));
+    }
+
+    fn track_ripple(&self, state: &mut State, force_n: f32, counts: i32, position: i32) {
+        if state.encoder.since_reversal() < self.guard_counts {
+            state.ripple.clear();
+            return;
+        }
+        let travel = counts as f32 * self.wavelengths_per_count;
+        let middle = (position as f32 - 0.5 * counts as f32) * self.wavelengths_per_count;
+        let drag = if travel < 0.0 { -force_n } else { force_n };
+        state.ripple.step(drag, middle, travel.abs());
+    }
+
+    fn estimate(&self, state: &State, tick: u32) -> Estimate {
+        let p = &self.params;
+        let mut reasons = Reasons::NONE;
+        reasons.insert_if(!p.calibrated, Reason::NotCalibrated);
+        reasons.insert_if(state.gap > 0, Reason::SamplesLost);
+        reasons.insert_if(state.encoder.stuck(), Reason::EncoderStuck);
+        let scale = &p.calibration.force;
+        // a rail is told at once, even while the window fills
+        let at_rail = state
+            .window
+            .force_codes()
+            .is_some_and(|(low, high)| low <= scale.rail_low_code || high >= scale.rail_high_code);
+        reasons.insert_if(at_rail, Reason::ForceAtRail);
+        let Some(view) = state.window.view() else {
+            reasons.insert(Reason::Settling);
+            return Estimate { reasons, ..self.stale(tick) };
+        };
+        let stuck = view.force_codes.0 == view.force_codes.1;
+        reasons.insert_if(stuck, Reason::ForceStuck);
+        let temperature = p.calibration.thermistor.degc(view.temperature_code);
+        reasons.insert_if(temperature.is_none(), Reason::TemperatureMissing);
+
+        let speed = self.speed(&view);
+        let motion = self.motion(state, &view, speed);
+        match motion {
+            Motion::Rest => reasons.insert(Reason::NoMotion),
+            Motion::Reversing => reasons.insert(Reason::Reversing),
+            Motion::Accelerating => reasons.insert(Reason::Accelerating),
+            Motion::Unknown | Motion::Forward | Motion::Backward => {}
+        }
+        let encoder_speaks = !state.encoder.stuck();
+        let steady = encoder_speaks && matches!(motion, Motion::Forward | Motion::Backward);
+        let drag = (steady && !at_rail && !stuck).then(|| self.drag(&view, speed));
+        let preload = match drag {
+            Some(drag) => self.preload(drag, speed, temperature, &mut reasons),
+            None => {
+                // the viscosity's range is worth telling at standstill too
+                let known = temperature.is_none_or(|t| p.viscosity.at(t).is_some());
+                reasons.insert_if(!known, Reason::TemperatureOutOfRange);
+                None
+            }
+        };
+        Estimate {
+            tick,
+            preload_n: preload.filter(|_| reasons.is_empty()),
+            drag_force_n: drag,
+            speed_m_s: encoder_speaks.then_some(speed),
+            temperature_degc: temperature,
+            motion: if encoder_speaks { motion } else { Motion::Unknown },
+            reasons,
+        }
+    }
+
+    /// `v = q·counts/T`; its σ from rounding at both ends, `q sqrt(2/12)/T`, and from the quarters' scatter.
+    fn speed(&self, view: &View) -> Measured {
+        let q = self.params.calibration.metres_per_count;
+        let mean = view.counts() as f32 / 4.0;
+        let mut square = 0.0;
+        for n in view.quarters {
+            let d = n as f32 - mean;
+            square += d * d;
+        }
+        // variance of the mean of four quarters, scaled to counts per window, plus the rounding of its ends
+        let variance = 16.0 * square / 12.0 + 1.0 / 6.0;
+        Measured { value: view.counts() as f32 * q / WINDOW_S, sigma: num::sqrt(variance) * q.abs() / WINDOW_S }
+    }
+
+    fn motion(&self, state: &State, view: &View, speed: Measured) -> Motion {
+        let counts = view.counts();
+        let turned = view.quarters.iter().any(|q| q.signum() == -counts.signum() && q.abs() > ROUNDING_COUNTS);
+        if counts.abs() < STANDSTILL_COUNTS && !turned {
+            return if view.spread() > ROUNDING_COUNTS + STANDSTILL_COUNTS {
+                Motion::Accelerating
+            } else {
+                Motion::Rest
+            };
+        }
+        // part of the window may lie before the last reversal, or within the presliding zone behind it
+        if turned || state.encoder.since_reversal() < self.guard_counts + counts.abs() {
+            return Motion::Reversing;
+        }
+        let allowed = STEADY_SPREAD * counts.abs() as f32 / 4.0 + ROUNDING_COUNTS as f32;
+        if view.spread() as f32 > allowed {
+            return Motion::Accelerating;
+        }
+        // acceleration between the outer quarters, whose centres lie 3/4 of the window apart
+        let [first, .., last] = view.quarters;
+        let beyond_rounding = ((last - first).abs() - ROUNDING_COUNTS).max(0) as f32;
+        let quarter_s = 0.25 * WINDOW_S;
+        let acceleration =
+            beyond_rounding * self.params.calibration.metres_per_count.abs() / (3.0 * quarter_s * quarter_s);
+        let force = self.params.calibration.force.newtons(view.force_code).abs();
+        if self.params.moved_mass_kg * acceleration > INERTIA_SHARE * force {
+            return Motion::Accelerating;
+        }
+        if speed.value > 0.0 { Motion::Forward } else { Motion::Backward }
+    }
+
+    /// Drag force of the window, positive against the motion, with what its σ consists of.
+    fn drag(&self, view: &View, speed: Measured) -> Measured {
+        let scale = &self.params.calibration.force;
+        let u = &self.params.uncertainty;
+        let force = scale.newtons(view.force_code);
+        let drag = if speed.value < 0.0 { -force } else { force };
+        let noise = view.force_sigma * scale.newtons_per_code;
+        let gain = u.force_gain * drag;
+        // a window shorter than a ball pass sees one flank of the ripple: sinc-like, bounded by λ/(πL)
+        let passes = view.counts() as f32 * self.wavelengths_per_count;
+        let unaveraged = (core::f32::consts::FRAC_1_PI / passes.abs()).min(1.0);
+        let ripple = u.ball_pass_ripple * unaveraged * drag;
+        let variance = noise * noise + gain * gain + ripple * ripple + u.force_offset_n * u.force_offset_n;
+        Measured { value: drag, sigma: num::sqrt(variance) }
+    }
+
+    /// `F_p` of the contacts' share of the drag, and
+    /// `(σ_p/F_p)² = S_F²(σ_F²/F_f² + σ_μ²) + S_n²(σ_ν² + σ_V²)`, S the law's elasticities.
+    fn preload(
+        &self,
+        drag: Measured,
+        speed: Measured,
+        temperature: Option<f32>,
+        reasons: &mut Reasons,
+    ) -> Option<Measured> {
+        let p = &self.params;
+        let v = speed.value.abs();
+        reasons.insert_if(drag.value <= 0.0, Reason::ForceAssists);
+        reasons.insert_if(v < p.range.speed_from_m_s || v > p.range.speed_to_m_s, Reason::SpeedOutOfRange);
+        let temperature = temperature?;
+        let Some(oil) = p.viscosity.at(temperature) else {
+            reasons.insert(Reason::TemperatureOutOfRange);
+            return None;
+        };
+        let contacts = drag.value - p.seals.coulomb_n - p.seals.viscous_n_s_m * v;
+        let Ok(at) = self.invert(contacts, oil.cst * p.viscosity_number_per_cst * v) else {
+            reasons.insert_if(drag.value > 0.0, Reason::LoadOutOfRange);
+            return None;
+        };
+        if at.preload_n < p.range.preload_from_n || at.preload_n > p.range.preload_to_n {
+            reasons.insert(Reason::LoadOutOfRange);
+            return None;
+        }
+        let u = &p.uncertainty;
+        let force = (drag.sigma * drag.sigma + u.seals_n * u.seals_n) / (contacts * contacts) + u.friction * u.friction;
+        let warmth = oil.per_kelvin * u.temperature_k;
+        let pace = speed.sigma / v;
+        let film = u.viscosity * u.viscosity + warmth * warmth + pace * pace;
+        let relative = at.per_force * at.per_force * force + at.per_viscous_speed * at.per_viscous_speed * film;
+        Some(Measured { value: at.preload_n, sigma: at.preload_n * num::sqrt(relative) })
+    }
+
+    /// The inversion on its own, so that its cost can be counted in the image.
+    #[inline(never)]
+    fn invert(&self, contacts_n: f32, viscous_speed: f32) -> Result<Inversion<f32>, OutOfDomain> {
+        self.params.law.invert(contacts_n, viscous_speed)
+    }
+}
+
+const _: () = {
+    // the window must hold whole blocks of whole samples, and the rates must divide
+    assert!(BLOCK_HZ as usize * SAMPLES_PER_BLOCK == SAMPLE_HZ as usize);
+    assert!(BLOCK_PERIOD_S * BLOCK_HZ as f32 == 1.0);
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration::CODE_MAX;
+    use crate::reduced::DragLaw;
+
+    /// An ideal axis: constant preload and temperature, a position over time, sensors with dither only.
+    struct Axis {
+        params: Params,
+        preload_n: f32,
+        temperature_degc: f32,
+        monitor: Monitor,
+        state: State,
+        tick: u32,
+        /// changes a block before the monitor sees it
+        fault: fn(&mut RawBlock),
+    }
+
+    impl Axis {
+        fn new(params: Params) -> Self {
+            let monitor = params.build().expect("legal");
+            Axis {
+                params,
+                preload_n: 3000.0,
+                temperature_degc: 30.0,
+                monitor,
+                state: State::new(),
+                tick: 0,
+                fault: |_| {},
+            }
+        }
+
+        fn drag(&self, speed: f32) -> f32 {
+            let nu = self.params.viscosity.at(self.temperature_degc).expect("inside").cst;
+            let contacts = self.params.law.drag_force(self.preload_n, nu * speed.abs()).expect("inside");
+            let seals = self.params.seals.coulomb_n + self.params.seals.viscous_n_s_m * speed.abs();
+            (contacts + seals) * speed.signum()
+        }
+
+        /// Runs `blocks` blocks along `path` (s -> m) with force `force` (m/s -> N); the last estimate.
+        fn run(&mut self, blocks: u32, path: impl Fn(f64) -> f64) -> Estimate {
+            let c = self.params.calibration;
+            let mut last = None;
+            for _ in 0..blocks {
+                let at = |n: usize| (f64::from(self.tick) * 16.0 + n as f64) / 1600.0;
+                let speed = ((path(at(16)) - path(at(0))) / 0.01) as f32;
+                let force = if speed == 0.0 { 5.0 } else { self.drag(speed) };
+                // half a code of triangular dither spreads the rounding
+                let dither = |n: usize| ((n * 7 % 16) as f32 - 7.5) / 8.0;
+                let mut block = RawBlock {
+                    tick: self.tick,
+                    force: core::array::from_fn(|n| (c.force.code(force) + dither(n) + 0.5) as u16),
+                    temperature: [(c.thermistor.code(self.temperature_degc) + 0.5) as u16; 16],
+                    position: core::array::from_fn(|n| {
+                        libm::floor(path(at(n)) / f64::from(c.metres_per_count)) as i64 as u16
+                    }),
+                };
+                (self.fault)(&mut block);
+                if let Some(e) = self.monitor.step(&mut self.state, &block) {
+                    last = Some(e);
+                }
+                self.tick += 1;
+            }
+            last.expect("at least one publishing period")
+        }
+    }
+
+    const CALIBRATED: Params = Params { calibrated: true, ..Params::ZHOU_2023 };
+
+    #[test]
+    fn finds_the_preload_at_every_speed_in_both_directions() {
+        for speed in [0.0017, 0.005, 0.02, 0.05, 0.0999, -0.01, -0.08] {
+            for (preload, temperature) in [(600.0, 10.0), (3000.0, 30.0), (7900.0, 60.0)] {
+                let mut axis = Axis { preload_n: preload, temperature_degc: temperature, ..Axis::new(CALIBRATED) };
+                let e = axis.run(100, |t| speed * t);
+                let got = e.preload_n.unwrap_or_else(|| core::panic!("{speed} {preload}: {:?}", e.reasons));
+                // a thermometer code is 0.03 to 0.1 K, a force code averaged 0.01 N
+                assert!((got.value / preload - 1.0).abs() < 0.01, "{speed}: {} for {preload}", got.value);
+                assert!(
+                    got.sigma > 0.02 * got.value && got.sigma < 0.12 * got.value,
+                    "{speed} {preload}: {}",
+                    got.sigma
+                );
+                let v = e.speed_m_s.expect("moving");
+                assert!((v.value - speed as f32).abs() <= 3.0 * v.sigma, "{speed}: {v:?}");
+                assert_eq!(e.motion, if speed > 0.0 { Motion::Forward } else { Motion::Backward });
+            }
+        }
+    }
+
+    #[test]
+    fn seals_are_taken_off() {
+        let mut axis = Axis::new(Params { seals: Seals { coulomb_n: 4.0, viscous_n_s_m: 20.0 }, ..CALIBRATED });
+        let e = axis.run(60, |t| 0.05 * t);
+        assert!((e.preload_n.expect("trusted").value / 3000.0 - 1.0).abs() < 0.01);
+        let clean = Axis::new(CALIBRATED).drag(0.05);
+        assert!((e.drag_force_n.expect("steady").value - clean - 5.0).abs() < 0.05);
+    }
+
+    /// Asserts that the estimate is silent for this reason and carries no preload.
+    fn silent(e: &Estimate, reason: Reason) {
+        assert!(e.reasons.contains(reason), "{:?} lacks {reason:?}", e.reasons.first());
+        assert_eq!(e.preload_n, None);
+    }
+
+    #[test]
+    fn every_reason_is_given_and_ends() {
+        let steady = |t: f64| 0.05 * t;
+        silent(&Axis::new(Params::ZHOU_2023).run(60, steady), Reason::NotCalibrated);
+        silent(&Axis::new(CALIBRATED).run(10, steady), Reason::Settling);
+        silent(&Axis::new(CALIBRATED).run(60, |_| 0.1), Reason::NoMotion);
+        silent(&Axis::new(CALIBRATED).run(60, |t| 0.2 * t), Reason::SpeedOutOfRange);
+        silent(&Axis::new(CALIBRATED).run(200, |t| 0.0005 * t), Reason::SpeedOutOfRange);
+        // a triangle of 0.2 s
+        let triangle = |t: f64| 0.05 * libm::fabs(t % 0.2 - 0.1);
+        silent(&Axis::new(CALIBRATED).run(60, triangle), Reason::Reversing);
+        silent(&Axis::new(CALIBRATED).run(60, |t| 0.04 * t * t), Reason::Accelerating);
+        let mut cold = Axis { temperature_degc: 6.0, ..Axis::new(CALIBRATED) };
+        cold.fault = |b| b.temperature = [3200; 16];
+        silent(&cold.run(60, steady), Reason::TemperatureOutOfRange);
+        silent(&Axis { preload_n: 400.0, ..Axis::new(CALIBRATED) }.run(60, steady), Reason::LoadOutOfRange);
+        let stale = Axis::new(CALIBRATED).monitor.stale(7);
+        silent(&stale, Reason::Stale);
+        assert_eq!(stale.tick, 7);
+
+        let faults: [(Reason, fn(&mut RawBlock)); 5] = [
+            (Reason::ForceAtRail, |b| b.force[3] = CODE_MAX),
+            (Reason::ForceAtRail, |b| b.force[9] = 0),
+            (Reason::ForceStuck, |b| b.force = [2100; 16]),
+            (Reason::TemperatureMissing, |b| b.temperature = [CODE_MAX; 16]),
+            (Reason::ForceAssists, |b| b.force = b.force.map(|c| 4096 - c)),
+        ];
+        for (reason, fault) in faults {
+            let mut axis = Axis::new(CALIBRATED);
+            assert!(axis.run(60, steady).reasons.is_empty());
+            axis.fault = fault;
+            // one window, and at most one publishing period, later
+            silent(&axis.run(40, steady), reason);
+            axis.fault = |_| {};
+            let e = axis.run(50, steady);
+            assert!(e.reasons.is_empty() && e.preload_n.is_some(), "{reason:?}: {:?}", e.reasons.first());
+        }
+    }
+
+    #[test]
+    fn presliding_after_a_reversal_is_left_out() {
+        // 0.1 s forward, then back for good: the window clears 0.42 s after the turn
+        let path = |t: f64| if t < 1.0 { 0.02 * t } else { 0.02 * (2.0 - t) };
+        let mut axis = Axis::new(CALIBRATED);
+        assert!(axis.run(100, path).reasons.is_empty());
+        silent(&axis.run(10, path), Reason::Reversing);
+        silent(&axis.run(20, path), Reason::Reversing);
+        let e = axis.run(30, path);
+        assert_eq!((e.motion, e.reasons), (Motion::Backward, Reasons::NONE));
+    }
+
+    #[test]
+    fn lost_samples_empty_the_window_and_are_counted() {
+        let steady = |t: f64| 0.05 * t;
+        let mut axis = Axis::new(CALIBRATED);
+        axis.run(60, steady);
+        axis.tick += 7;
+        let e = axis.run(13, steady);
+        silent(&e, Reason::SamplesLost);
+        assert_eq!(axis.state.lost_blocks(), 7);
+        assert!(axis.run(30, steady).reasons.is_empty());
+    }
+
+    #[test]
+    fn a_frozen_encoder_is_named() {
+        // the drive goes on (the force with it), the scale does not
+        let mut axis = Axis::new(CALIBRATED);
+        let force = axis.drag(0.05);
+        assert!(axis.run(60, |t| 0.05 * t).reasons.is_empty());
+        let c = axis.params.calibration.force;
+        for n in 0..40u32 {
+            let at = |k: usize| 0.6f64 + f64::from(n) * 0.01 + k as f64 / 1600.0;
+            let code = c.code(force) as u16;
+            let block = RawBlock {
+                tick: 60 + n,
+                force: core::array::from_fn(|k| code + (k % 2) as u16),
+                temperature: [1900; 16],
+                position: core::array::from_fn(|k| (0.05 * at(k).min(0.604) / 5e-6) as u16),
+            };
+            if let Some(e) = axis.monitor.step(&mut axis.state, &block) {
+                silent(&e, Reason::EncoderStuck);
+                assert_eq!((e.speed_m_s, e.motion), (None, Motion::Unknown));
+            }
+        }
+    }
+
+    #[test]
+    fn tracks_the_ripple_but_keeps_it_off_the_mean() {
+        let mut axis = Axis::new(CALIBRATED);
+        let c = axis.params.calibration.force;
+        let drag = axis.drag(0.05);
+        for n in 0..600u32 {
+            let x = |k: usize| 0.05 * (f64::from(n) * 0.01 + k as f64 / 1600.0);
+            let ripple = |k: usize| 0.2 * libm::cos(core::f64::consts::TAU * x(k) / 14.3e-3);
+            let block = RawBlock {
+                tick: n,
+                force: core::array::from_fn(|k| (c.code(drag + ripple(k) as f32) + (k % 3) as f32 - 0.5) as u16),
+                temperature: [(axis.params.calibration.thermistor.code(30.0) + 0.5) as u16; 16],
+                position: core::array::from_fn(|k| (x(k) / 5e-6) as i64 as u16),
+            };
+            axis.monitor.step(&mut axis.state, &block);
+        }
+        let r = axis.state.ripple().expect("learnt");
+        assert!((r.amplitude_n - 0.2).abs() < 0.03, "{r:?}");
+    }
+
+    #[test]
+    fn refuses_parameters_that_mean_nothing() {
+        let mut p = CALIBRATED;
+        p.publish_every_blocks = 0;
+        assert_eq!(p.build().err(), Some(Error::OutOfRange("publish_every_blocks")));
+        p = CALIBRATED;
+        p.law.loads_per_force = f32::NAN;
+        assert_eq!(p.build().err(), Some(Error::NonFinite("law")));
+        p = CALIBRATED;
+        p.calibration.metres_per_count = 0.0;
+        assert_eq!(p.build().err(), Some(Error::OutOfRange("metres_per_count")));
+    }
+
+    #[test]
+    fn whatever_the_codes_no_number_without_trust() {
+        // pseudo-random blocks: no panic, and a preload only without any reason
+        let mut x = 1u64;
+        let mut random = move || {
+            x = x.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (x >> 48) as u16
+        };
+        let monitor = Params { publish_every_blocks: 1, ..CALIBRATED }.build().expect("legal");
+        let mut state = State::new();
+        for n in 0..20_000u32 {
+            let wild = n % 400 > 200;
+            let block = RawBlock {
+                tick: n + u32::from(n % 997 == 0),
+                force: core::array::from_fn(|_| if wild { random() } else { 2300 + random() % 5 }),
+                temperature: core::array::from_fn(|_| if wild { random() } else { 1700 }),
+                position: core::array::from_fn(|k| if wild { random() } else { (n * 100 + 6 * k as u32) as u16 }),
+            };
+            if let Some(e) = monitor.step(&mut state, &block) {
+                assert_eq!(e.preload_n.is_some(), e.reasons.is_empty());
+                if let Some(p) = e.preload_n {
+                    assert!(p.value.is_finite() && p.sigma.is_finite() && p.sigma > 0.0);
+                }
+            }
+        }
+    }
+}

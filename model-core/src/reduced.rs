@@ -324,7 +324,9 @@ mod tests {
                     assert!((got.friction_coefficient / at.friction_coefficient - 1.0).abs() < 4e-6);
                     let forth = law.drag_force(got.preload_n, nu * scale * v).expect("inside");
                     assert!((forth / at.drag_force_n - 1.0).abs() < 1e-7);
-                    let bump = |f: f64, n: f64| libm::log(law.preload(at.drag_force_n * f, nu * scale * v * n).expect("inside"));
+                    let bump = |f: f64, n: f64| {
+                        libm::log(law.preload(at.drag_force_n * f, nu * scale * v * n).expect("inside"))
+                    };
                     let d = 1e-4;
                     let per_force = (bump(1.0 + d, 1.0) - bump(1.0 - d, 1.0)) / (2.0 * d);
                     let per_nu = (bump(1.0, 1.0 + d) - bump(1.0, 1.0 - d)) / (2.0 * d);

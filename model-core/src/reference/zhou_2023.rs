@@ -5,12 +5,8 @@ use crate::friction::Friction;
 use crate::viscosity::Walther;
 
 /// The four constants of Eq. 20 as printed.
-pub const FRICTION: Friction = Friction {
-    mu_coulomb: 0.00182,
-    mu_viscous: 8.74e6,
-    mu_stribeck: 0.0016,
-    stribeck_exponent: 7.43e10,
-};
+pub const FRICTION: Friction =
+    Friction { mu_coulomb: 0.00182, mu_viscous: 8.74e6, mu_stribeck: 0.0016, stribeck_exponent: 7.43e10 };
 
 /// Geometry of the paper's Table 1, with what the paper leaves open set as in physics.md B.5.
 ///
