@@ -37,9 +37,9 @@ pub enum OutOfDomain {
 ///
 /// Two builds: [`Reduced`] in floating point and [`fixed::Reduced`](crate::fixed::Reduced) in integers.
 pub trait DragLaw {
-    /// Number type of forces: N in f32 and f64, Q16.16 N in fixed point.
+    /// Number type of forces: N; a float, or Q31.32 in fixed point.
     type Force;
-    /// Number type of ν·V: cSt·m/s in f32 and f64, Q11.20 in fixed point.
+    /// Number type of ν·V: cSt·m/s; a float, or Q31.32 in fixed point.
     type ViscousSpeed;
 
     /// Drag force of the contacts at a preload.
