@@ -504,8 +504,10 @@ mod tests {
         state: State,
         tick: u32,
         /// changes a block before the monitor sees it
-        fault: fn(&mut RawBlock),
+        fault: Fault,
     }
+
+    type Fault = fn(&mut RawBlock);
 
     impl Axis {
         fn new(params: Params) -> Self {
@@ -614,7 +616,7 @@ mod tests {
         silent(&stale, Reason::Stale);
         assert_eq!(stale.tick, 7);
 
-        let faults: [(Reason, fn(&mut RawBlock)); 5] = [
+        let faults: [(Reason, Fault); 5] = [
             (Reason::ForceAtRail, |b| b.force[3] = CODE_MAX),
             (Reason::ForceAtRail, |b| b.force[9] = 0),
             (Reason::ForceStuck, |b| b.force = [2100; 16]),
