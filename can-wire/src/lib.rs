@@ -1,1 +1,64 @@
-//! stub
+//! What crosses the bus: the frames of a guide block, their layout as a DBC, and the parameter record.
+//!
+//! Classical CAN, 11-bit identifiers, always 8 data bytes, everything little-endian and byte-aligned so that
+//! a PLC can map it. The identifiers are those of the CANopen predefined connection set, node `n` = 1 to 127;
+//! the smaller one wins the bus:
+//!
+//! | identifier | frame | sent | layout |
+//! |---|---|---|---|
+//! | `0x080 + n` | fault | when the reasons change, and every second | [`fault`] |
+//! | `0x180 + n` | estimate | at the publishing rate | [`estimate`] |
+//! | `0x280 + n` | motion | at the publishing rate | [`motion`] |
+//! | `0x380 + n` | ripple | every second | [`ripple`] |
+//! | `0x700 + n` | heartbeat | every half second | [`heartbeat`] |
+//!
+//! Every frame ends alike:
+//!
+//! ```text
+//! byte  6              7
+//!      +------+-------+-----------------------------------------------------------+
+//!      | code | count | CRC-8/AUTOSAR of identifier (2 bytes, low first), bytes 0-6 |
+//!      +------+-------+-----------------------------------------------------------+
+//! bits  7..4   3..0
+//! ```
+//!
+//! `count` is a 4-bit alive counter, one more in each frame of an identifier; `code` belongs to the frame.
+//! CAN's own CRC guards the wire; this one guards gateways, software and mixed-up identifiers. It finds every
+//! error of up to three bits in a frame.
+//!
+//! A number that is not known is sent as "not available": `0xFFFF` in a u16, `-32768` in an i16. Known
+//! numbers are rounded, then saturate at `0xFFFB` and at `±32767`; `0xFFFC` to `0xFFFE` are never sent.
+//! Counts have no such code and stop at their largest value.
+//!
+//! [`Publisher`] turns what the block knows into frames, [`decode`] and [`Alive`] check and read them,
+//! [`layout`] is the one table that the DBC is written from.
+#![no_std]
+#![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
+
+mod alive;
+pub mod estimate;
+pub mod fault;
+mod frame;
+pub mod heartbeat;
+pub mod layout;
+mod message;
+pub mod motion;
+mod number;
+pub mod parameters;
+mod publisher;
+mod reject;
+pub mod ripple;
+
+pub use alive::Alive;
+pub use estimate::EstimateMessage;
+pub use fault::FaultMessage;
+pub use frame::{Kind, NodeId, RawFrame};
+pub use heartbeat::{BoardKind, Health, HeartbeatMessage, NmtState, ResetCause};
+pub use message::{Message, decode};
+pub use motion::MotionMessage;
+pub use publisher::Publisher;
+pub use reject::Reject;
+pub use ripple::RippleMessage;
