@@ -14,7 +14,8 @@ pub(crate) const NO_I16: i16 = i16::MIN;
 /// The limits are whole and below 2^24, so nothing is lost in the cast: it only drops the fraction, which
 /// the subtraction gives exactly; and nothing wraps, which spares the check.
 fn round(x: f32, low: f32, high: f32) -> i32 {
-    let x = x.clamp(low, high);
+    // not `clamp`: its check of the limits can format them, which costs the image 15 KiB; x is never NaN here
+    let x = x.max(low).min(high);
     let whole = x as i32;
     let fraction = x - whole as f32;
     if fraction >= 0.5 {

@@ -1,1 +1,25 @@
-//! stub
+//! What the desk needs of the smart guide block.
+//!
+//! ```text
+//! live bus or log  -> candump -> decode -------------+
+//! raw recording    -> recording::raw -> replay ------+-> report: table, CSV, JSON, picture
+//! run of an axis   -> recording::axis -> rig --+     |
+//! firmware image   -> emulator ----------------+-----+
+//! ```
+//!
+//! There is one decoder, `can-wire`, and one pipeline, `model-core`: the same code that runs in the block. So a
+//! raw recording replayed here gives the very frames the block sent.
+//!
+//! The module `emulated` needs the cargo feature `emulator`; everything else is always there.
+#![forbid(unsafe_code)]
+
+pub mod candump;
+pub mod decode;
+#[cfg(feature = "emulator")]
+pub mod emulated;
+pub mod judgement;
+pub mod parameters;
+pub mod recording;
+pub mod replay;
+pub mod report;
+pub mod rig;

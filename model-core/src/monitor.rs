@@ -269,7 +269,7 @@ impl Monitor {
     pub fn step(&self, state: &mut State, block: &RawBlock) -> Option<Estimate> {
         self.follow_ticks(state, block.tick);
         let calibration = &self.params.calibration;
-        let mut summary = Summary::new(&block.force, &block.temperature, 0);
+        let mut summary = Summary::new(&block.force, &block.temperature, 0, &calibration.force);
         let force_n = calibration.force.newtons(summary.force_code());
         let step = state.encoder.step(
             &block.position,
@@ -332,19 +332,15 @@ impl Monitor {
         reasons.insert_if(!p.calibrated, Reason::NotCalibrated);
         reasons.insert_if(state.gap > 0, Reason::SamplesLost);
         reasons.insert_if(state.encoder.stuck(), Reason::EncoderStuck);
-        let scale = &p.calibration.force;
         // a rail is told at once, even while the window fills
-        let at_rail = state
-            .window
-            .force_codes()
-            .is_some_and(|(low, high)| low <= scale.rail_low_code || high >= scale.rail_high_code);
+        let at_rail = state.window.at_rail();
         reasons.insert_if(at_rail, Reason::ForceAtRail);
+        let stuck = state.window.is_frozen();
+        reasons.insert_if(stuck, Reason::ForceStuck);
         let Some(view) = state.window.view() else {
             reasons.insert(Reason::Settling);
             return Estimate { reasons, ..self.stale(tick) };
         };
-        let stuck = view.force_codes.0 == view.force_codes.1;
-        reasons.insert_if(stuck, Reason::ForceStuck);
         let temperature = p.calibration.thermistor.degc(view.temperature_code);
         reasons.insert_if(temperature.is_none(), Reason::TemperatureMissing);
 

@@ -10,7 +10,7 @@ The block is a THK SHS35V after ZHOU et al., J. Mech. Eng. (CN) 2023, DOI 10.390
 block (contact angle stays at 45 degrees), conformity 0.51, sliding speed in the Hersey number, viscosity as the
 number of centistokes, seals off as in the paper. Two minutes on an axis that moves 2 kg:
 
-  motion       strokes between -150 mm and +150 mm, trapezoidal speed, 0.02 to 0.1 m/s, dwell at the ends
+  motion       strokes between -150 mm and +150 mm, trapezoidal speed, 0.02 to 0.095 m/s, dwell at the ends
   preload      3000 N, falling to 2400 N between 40 s and 80 s (smooth step)
   temperature  24 degC, warming exponentially to 33 degC; oil of viscosity grade 100
   drag force   4 Z_b Q mu(H), with presliding after each reversal, 1 % ripple at the ball-pass wavelength of
@@ -29,7 +29,7 @@ DURATION_S = 120.0
 HALF_STROKE_M = 0.150
 ACCELERATION_M_S2 = 0.5
 DWELL_S = 0.6
-SPEEDS_M_S = [0.05, 0.1, 0.08, 0.03, 0.06, 0.1, 0.02, 0.07, 0.04, 0.09]
+SPEEDS_M_S = [0.05, 0.095, 0.08, 0.03, 0.06, 0.095, 0.02, 0.07, 0.04, 0.09]
 MOVED_MASS_KG = 2.0
 
 # what happens to the block

@@ -36,7 +36,8 @@ fn dependencies(table: &toml::Table, out: &mut BTreeSet<String>) {
 
 #[test]
 fn dependencies_point_one_way() {
-    let ours: Vec<&str> = LAYERS.iter().map(|(folder, _)| Path::new(folder).file_name().unwrap().to_str().unwrap()).collect();
+    let ours: Vec<&str> =
+        LAYERS.iter().map(|(folder, _)| Path::new(folder).file_name().unwrap().to_str().unwrap()).collect();
     for (folder, allowed) in LAYERS {
         let mut found = BTreeSet::new();
         dependencies(&manifest(folder), &mut found);

@@ -22,10 +22,20 @@ fn close(got: f64, want: f64, tolerance: f64, what: &str) {
 fn equation_20_and_the_rounded_equation_21() {
     let table = golden("eq20.csv");
     // Eq. 21 as printed, over 4: its constants are those of Eq. 20 rounded, and eps = 1.5 H
-    let printed = Friction { mu_coulomb: 0.00728 / 4.0, mu_viscous: 2.33e7 / 4.0, mu_stribeck: 0.0064 / 4.0, stribeck_exponent: 4.95e10 };
+    let printed = Friction {
+        mu_coulomb: 0.00728 / 4.0,
+        mu_viscous: 2.33e7 / 4.0,
+        mu_stribeck: 0.0064 / 4.0,
+        stribeck_exponent: 4.95e10,
+    };
     for (n, h) in table["H_paper"].iter().enumerate() {
         close(FRICTION.coefficient(*h), table["mu"][n], 1e-15, "mu");
-        close(printed.coefficient(table["eps_eq21"][n]), table["mu_from_eq21_rounded_coeffs"][n], 1e-14, "mu of Eq. 21");
+        close(
+            printed.coefficient(table["eps_eq21"][n]),
+            table["mu_from_eq21_rounded_coeffs"][n],
+            1e-14,
+            "mu of Eq. 21",
+        );
     }
 }
 
@@ -118,6 +128,9 @@ fn rivals_run_the_same_algorithm() {
             *w = w.max(on_target::relative(f64::from(g.expect("inside")), p.preload_n));
         }
     }
-    println!("worst relative error of the preload: own {:.2e}, libm {:.2e}, micromath {:.2e}", worst[0], worst[1], worst[2]);
+    println!(
+        "worst relative error of the preload: own {:.2e}, libm {:.2e}, micromath {:.2e}",
+        worst[0], worst[1], worst[2]
+    );
     assert!(worst[1] <= REDUCED && worst[2] <= 1e-3);
 }

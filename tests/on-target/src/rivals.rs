@@ -76,7 +76,8 @@ pub fn preload<F: Functions>(law: &Reduced<f32>, force_n: f32, viscous_speed: f3
         let h = b * s * (1.0 + (first + second));
         let rise = law.stribeck * F::exp(-h);
         let m = 1.0 + law.viscous * h + rise;
-        let slope = 3.0 + (1.0 + 2.0 * (first + (second + second))) * h * (law.viscous - rise) / m;
+        let elasticity = h * (law.viscous - rise) / m;
+        let slope = 3.0 + (1.0 + 2.0 * (first + (second + second))) * elasticity;
         let d = fc / (s * s * s * m) - 1.0;
         s += s * (d + d) / (slope + slope + (slope - 1.0) * d);
     }

@@ -1,0 +1,115 @@
+//! Start-up, static memory, and one task for each runner.
+
+use core::panic::PanicInfo;
+
+use can_wire::{Health, Publisher};
+use cortex_m::peripheral::SCB;
+use defmt_rtt as _;
+use embassy_executor::Spawner;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::channel::Channel;
+use embassy_sync::signal::Signal;
+use firmware::boot::Settings;
+use firmware::liveness::Liveness;
+use firmware::runners::acquire::{Acquire, DEPTH};
+use firmware::runners::estimate::{Estimate, Report};
+use firmware::runners::publish::Publish;
+use firmware::runners::supervise::Supervise;
+use model_core::monitor::State;
+use model_core::sample::RawBlock;
+use static_cell::{ConstStaticCell, StaticCell};
+
+use crate::board::{self, Bus, Dog, Sampler, Uptime};
+
+type Mutex = CriticalSectionRawMutex;
+
+static BLOCKS: Channel<Mutex, RawBlock, DEPTH> = Channel::new();
+static REPORTS: Signal<Mutex, Report> = Signal::new();
+static SETTINGS: StaticCell<Settings> = StaticCell::new();
+static STATE: ConstStaticCell<State> = ConstStaticCell::new(State::new());
+static LIVENESS: Liveness = Liveness::new();
+
+#[embassy_executor::main]
+async fn main(spawner: Spawner) {
+    let board = board::start();
+    let settings = defmt::unwrap!(Settings::load(&board.parameters).ok(), "the built-in parameters do not build");
+    let settings = SETTINGS.init(settings);
+    let params = settings.monitor.params();
+    defmt::info!(
+        "guide block {=str} on {=str}: reset by {=str}, start {=u16}; parameter record {=str}, node {=u8}, calibrated {=bool}",
+        env!("CARGO_PKG_VERSION"),
+        board::KIND.name(),
+        board.reset_cause.name(),
+        board.boot_count,
+        settings.record_state(),
+        settings.node.get(),
+        params.calibrated
+    );
+    let wavelength_m = params.ball_pass_wavelength_m;
+    let health = Health {
+        reset_cause: board.reset_cause,
+        board: board::KIND,
+        boot_count: board.boot_count,
+        frames_dropped: 0,
+        operational: false,
+    };
+    spawner.spawn(defmt::unwrap!(acquire(Acquire {
+        source: board.sampler,
+        blocks: BLOCKS.sender(),
+        clock: Uptime,
+        liveness: &LIVENESS,
+    })));
+    spawner.spawn(defmt::unwrap!(estimate(Estimate {
+        monitor: &settings.monitor,
+        state: STATE.take(),
+        publisher: Publisher::new(settings.node),
+        blocks: BLOCKS.receiver(),
+        reports: &REPORTS,
+        clock: Uptime,
+        liveness: &LIVENESS,
+    })));
+    spawner.spawn(defmt::unwrap!(publish(Publish {
+        sink: board.bus,
+        publisher: Publisher::new(settings.node),
+        reports: &REPORTS,
+        health,
+        wavelength_m,
+        clock: Uptime,
+        liveness: &LIVENESS,
+    })));
+    spawner.spawn(defmt::unwrap!(supervise(Supervise {
+        watchdog: board.watchdog,
+        clock: Uptime,
+        liveness: &LIVENESS
+    })));
+}
+
+#[embassy_executor::task]
+async fn acquire(runner: Acquire<'static, Mutex, Sampler, Uptime>) {
+    runner.run().await;
+}
+
+#[embassy_executor::task]
+async fn estimate(runner: Estimate<'static, Mutex, Uptime>) {
+    runner.run().await;
+}
+
+#[embassy_executor::task]
+async fn publish(runner: Publish<'static, Mutex, Bus, Uptime>) {
+    runner.run().await;
+}
+
+#[embassy_executor::task]
+async fn supervise(runner: Supervise<'static, Dog, Uptime>) {
+    runner.run().await;
+}
+
+/// Says where, and starts anew at once; the heartbeat then tells a reset by software. A hard fault ends in an
+/// endless loop of cortex-m-rt instead, and so in a reset by the watchdog.
+#[panic_handler]
+fn panic(info: &PanicInfo<'_>) -> ! {
+    let (file, line) = info.location().map_or(("unknown", 0), |l| (l.file(), l.line()));
+    defmt::error!("panic at {=str}:{=u32}", file, line);
+    defmt::flush();
+    SCB::sys_reset()
+}

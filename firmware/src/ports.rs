@@ -1,0 +1,105 @@
+//! What the runners need from the world. A board implements it; so does a test.
+//!
+//! There is one port each for samples, frames, stored bytes, time and the watchdog, and no more.
+#![allow(async_fn_in_trait, reason = "one executor, one thread: no future has to be Send")]
+
+use can_wire::RawFrame;
+use model_core::sample::SAMPLES_PER_BLOCK;
+
+/// Channels of one scan: force, temperature.
+pub const CHANNELS: usize = 2;
+
+/// What converters and encoder delivered for one block, as the memory transfers left it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Samples {
+    /// Converter codes in the order of conversion: force, temperature, force, temperature, ...
+    pub codes: [u16; CHANNELS * SAMPLES_PER_BLOCK],
+    /// Encoder counts, one for each scan, taken at the edge that started it.
+    pub counts: [u16; SAMPLES_PER_BLOCK],
+}
+
+impl Samples {
+    /// Nothing yet.
+    pub const EMPTY: Samples = Samples { codes: [0; CHANNELS * SAMPLES_PER_BLOCK], counts: [0; SAMPLES_PER_BLOCK] };
+}
+
+/// Why a run of the sampler ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interruption {
+    /// The converter lost a conversion.
+    ConverterOverrun,
+    /// Memory was overwritten before it was read.
+    RingOverrun,
+}
+
+impl Interruption {
+    /// The name used in log lines.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Interruption::ConverterOverrun => "converter overrun",
+            Interruption::RingOverrun => "ring overrun",
+        }
+    }
+}
+
+/// Force, temperature and position, sampled by one clock.
+pub trait SampleSource {
+    /// One gapless run. To drop it stops the sampler.
+    type Run<'a>: SampleRun
+    where
+        Self: 'a;
+
+    /// Starts a run from scratch: its first scan and its first encoder count belong together.
+    fn start(&mut self) -> Self::Run<'_>;
+}
+
+/// A run of the sampler. It is never resumed: after an interruption one drops it and starts the next, so
+/// that codes and counts cannot get out of step.
+pub trait SampleRun {
+    /// The next block, complete; not cancel safe, drop the run after having dropped the future.
+    ///
+    /// # Errors
+    /// Samples were lost. The run is worth nothing any more.
+    async fn block(&mut self, into: &mut Samples) -> Result<(), Interruption>;
+}
+
+/// What became of a frame offered to the bus controller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Offer {
+    /// The controller has it and sends it as soon as the bus allows.
+    Taken,
+    /// No room; offer it again.
+    Busy,
+    /// An older frame with this identifier still waits in the controller and is being withdrawn; offer
+    /// again. Answered once for each frame withdrawn.
+    Withdrawing,
+}
+
+/// Where frames go.
+pub trait FrameSink {
+    /// Hands over one frame. Never waits, whatever the state of the bus.
+    ///
+    /// A controller never holds two frames with the same identifier.
+    fn offer(&mut self, frame: &RawFrame) -> Offer;
+}
+
+/// Where the parameter record lies.
+pub trait Storage {
+    /// The bytes from the record's address on; longer than any record.
+    fn record(&self) -> &[u8];
+}
+
+/// Time since start-up.
+pub trait Clock {
+    /// Microseconds since start-up; never goes back.
+    fn now_us(&self) -> u64;
+
+    /// Waits until the clock shows at least this much.
+    async fn sleep_until(&self, us: u64);
+}
+
+/// The dog that resets the chip unless it is fed.
+pub trait Watchdog {
+    /// Puts the reset off.
+    fn feed(&mut self);
+}

@@ -1,0 +1,196 @@
+//! Runs the pipeline over the blocks, and says so when no blocks come.
+
+use can_wire::Publisher;
+use embassy_futures::select::{Either, select};
+use embassy_sync::blocking_mutex::raw::RawMutex;
+use embassy_sync::channel::Receiver;
+use embassy_sync::signal::Signal;
+use model_core::monitor::{Monitor, State};
+use model_core::ripple::Ripple;
+use model_core::sample::RawBlock;
+
+use crate::liveness::{Liveness, Member, REPORT_WITHIN_US};
+use crate::ports::Clock;
+use crate::runners::acquire::DEPTH;
+use crate::timeline::BLOCK_US;
+use crate::{Frames, process_block};
+
+/// Publishing periods without an estimate before the bus is told that nothing new is known.
+const STALE_AFTER_PERIODS: u64 = 3;
+
+/// What the publisher is told, at the publishing rate.
+#[derive(Clone, Copy, Debug)]
+pub struct Report {
+    /// The finished frames.
+    pub frames: Frames,
+    /// Whether samples stand behind it.
+    pub fresh: bool,
+    /// Blocks lost since start-up.
+    pub lost_blocks: u32,
+    /// Ball-pass ripple, if known.
+    pub ripple: Option<Ripple>,
+}
+
+/// Blocks in, finished frames out. A report that was not fetched gives way to the next.
+///
+/// Owner of the alive counters of the estimate and motion frames. They go on, with reason `stale`, when no
+/// samples come, so that a receiver can tell a blind block from a dead one.
+pub struct Estimate<'a, M: RawMutex, C> {
+    /// The checked model.
+    pub monitor: &'a Monitor,
+    /// What samples change, some kilobytes.
+    pub state: &'a mut State,
+    /// Makes the frames.
+    pub publisher: Publisher,
+    /// Where blocks come from.
+    pub blocks: Receiver<'a, M, RawBlock, DEPTH>,
+    /// Where reports go.
+    pub reports: &'a Signal<M, Report>,
+    /// Time.
+    pub clock: C,
+    /// Signs of life.
+    pub liveness: &'a Liveness,
+}
+
+impl<M: RawMutex, C: Clock> Estimate<'_, M, C> {
+    /// Estimates for ever.
+    pub async fn run(mut self) -> ! {
+        let period_us = u64::from(self.monitor.params().publish_every_blocks) * BLOCK_US;
+        let mut stale_at_us = self.clock.now_us() + STALE_AFTER_PERIODS * period_us;
+        let mut newest = (0_u32, self.clock.now_us());
+        loop {
+            let wake_us = stale_at_us.min(self.clock.now_us() + REPORT_WITHIN_US / 2);
+            match select(self.blocks.receive(), self.clock.sleep_until(wake_us)).await {
+                Either::First(block) => {
+                    newest = (block.tick, self.clock.now_us());
+                    let frames = process_block(self.monitor, self.state, &mut self.publisher, &block);
+                    if let Some(frames) = frames {
+                        stale_at_us = self.clock.now_us() + STALE_AFTER_PERIODS * period_us;
+                        self.report(frames, true);
+                    }
+                }
+                Either::Second(()) if self.clock.now_us() >= stale_at_us => {
+                    stale_at_us += period_us;
+                    let (tick, at_us) = newest;
+                    let silent_blocks = (self.clock.now_us() - at_us) / BLOCK_US;
+                    // ticks wrap
+                    let stale = self.monitor.stale(tick.wrapping_add(silent_blocks as u32));
+                    let frames = Frames::of(stale, &mut self.publisher);
+                    self.report(frames, false);
+                }
+                Either::Second(()) => {}
+            }
+            self.liveness.report(Member::Estimate);
+        }
+    }
+
+    fn report(&self, frames: Frames, fresh: bool) {
+        self.reports.signal(Report {
+            frames,
+            fresh,
+            lost_blocks: self.state.lost_blocks(),
+            ripple: if fresh { self.state.ripple() } else { None },
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use can_wire::{Message, NodeId, decode};
+    use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+    use embassy_sync::channel::Channel;
+    use model_core::monitor::Params;
+    use model_core::sample::{Reason, SAMPLES_PER_BLOCK};
+
+    use super::*;
+    use crate::runners::rehearsal::Desk;
+
+    const N: usize = SAMPLES_PER_BLOCK;
+
+    fn block(tick: u32) -> RawBlock {
+        RawBlock { tick, force: [2100; N], temperature: [2048; N], position: [tick as u16; N] }
+    }
+
+    #[test]
+    fn frames_are_those_of_the_pipeline_and_go_on_when_samples_stop() {
+        let desk = Desk::new();
+        let liveness = Liveness::new();
+        let blocks = Channel::<NoopRawMutex, RawBlock, DEPTH>::new();
+        let reports = Signal::<NoopRawMutex, Report>::new();
+        let monitor = Params { publish_every_blocks: 10, ..Params::ZHOU_2023 }.build().unwrap();
+        let mut state = State::new();
+        let estimate = Estimate {
+            monitor: &monitor,
+            state: &mut state,
+            publisher: Publisher::new(NodeId::FIRST),
+            blocks: blocks.receiver(),
+            reports: &reports,
+            clock: &desk,
+            liveness: &liveness,
+        };
+        // 40 blocks of 10 ms, then silence
+        let feed = async {
+            for tick in 0..40 {
+                desk.sleep_until(u64::from(tick + 1) * BLOCK_US).await;
+                blocks.try_send(block(tick)).unwrap();
+            }
+        };
+        let mut seen = Vec::new();
+        desk.run_watching(1_000_500, embassy_futures::join::join(feed, estimate.run()), || {
+            if let Some(report) = reports.try_take() {
+                seen.push((desk.now_us(), report));
+            }
+        });
+
+        let times: Vec<u64> = seen.iter().map(|(t, _)| *t / 1000).collect();
+        assert_eq!(times, [100, 200, 300, 400, 700, 800, 900, 1000]);
+
+        let mut state = State::new();
+        let mut publisher = Publisher::new(NodeId::FIRST);
+        let mut expected = (0..40).filter_map(|t| process_block(&monitor, &mut state, &mut publisher, &block(t)));
+        for (n, (at_us, report)) in seen.iter().enumerate() {
+            assert_eq!(report.fresh, n < 4);
+            if report.fresh {
+                assert_eq!(Some(report.frames), expected.next());
+            } else {
+                assert!(report.frames.known.reasons.contains(Reason::Stale));
+                // the last block, tick 39, came at 400 ms
+                assert_eq!(u64::from(report.frames.known.tick), 39 + (at_us - 400_000) / BLOCK_US);
+            }
+            let frame = report.frames.estimate;
+            let Ok((_, Message::Estimate(message))) = decode(frame.id, &frame.data) else { panic!("{frame:?}") };
+            assert_eq!(usize::from(message.counter), n);
+        }
+    }
+
+    #[test]
+    fn it_reports_even_when_nothing_comes() {
+        let desk = Desk::new();
+        let liveness = Liveness::new();
+        let blocks = Channel::<NoopRawMutex, RawBlock, DEPTH>::new();
+        let reports = Signal::<NoopRawMutex, Report>::new();
+        let monitor = Params { publish_every_blocks: 1000, ..Params::ZHOU_2023 }.build().unwrap();
+        let mut state = State::new();
+        let estimate = Estimate {
+            monitor: &monitor,
+            state: &mut state,
+            publisher: Publisher::new(NodeId::FIRST),
+            blocks: blocks.receiver(),
+            reports: &reports,
+            clock: &desk,
+            liveness: &liveness,
+        };
+        liveness.report(Member::Acquire);
+        liveness.report(Member::Publish);
+        let mut heard_us = Vec::new();
+        desk.run_watching(1_000_000, estimate.run(), || {
+            if liveness.take_all() {
+                heard_us.push(desk.now_us());
+                liveness.report(Member::Acquire);
+                liveness.report(Member::Publish);
+            }
+        });
+        assert!(heard_us.len() > 9);
+        assert!(heard_us.windows(2).all(|w| w[1] - w[0] <= REPORT_WITHIN_US));
+    }
+}

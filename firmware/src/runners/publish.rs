@@ -1,0 +1,286 @@
+//! Puts on the bus what the block knows, when it is due, and never waits for the bus.
+
+use can_wire::{Health, Kind, Publisher};
+use embassy_futures::select::{Either, select};
+use embassy_sync::blocking_mutex::raw::RawMutex;
+use embassy_sync::signal::Signal;
+use model_core::sample::Reasons;
+
+use crate::liveness::{Liveness, Member, REPORT_WITHIN_US};
+use crate::log::{info, warning};
+use crate::outbox::Outbox;
+use crate::ports::{Clock, FrameSink};
+use crate::runners::estimate::Report;
+use crate::schedule::Every;
+
+/// Heartbeats, µs.
+const HEARTBEAT_US: u64 = 500_000;
+
+/// Fault frames while nothing changes, µs.
+const FAULT_US: u64 = 1_000_000;
+
+/// Two fault frames are at least this far apart, µs: reasons that flicker must not fill the bus.
+const FAULT_PAUSE_US: u64 = 100_000;
+
+/// Ripple frames, µs; half a second off the fault frames.
+const RIPPLE_US: u64 = 1_000_000;
+
+/// Log lines, µs.
+const LOG_US: u64 = 1_000_000;
+
+/// A controller without room is asked again after this time, µs: four frames at 500 kbit/s.
+const RETRY_US: u64 = 1_000;
+
+/// Reports in, frames on the bus.
+///
+/// Owner of the alive counters of the fault, ripple and heartbeat frames.
+pub struct Publish<'a, M: RawMutex, F, C> {
+    /// The bus.
+    pub sink: F,
+    /// Makes the frames.
+    pub publisher: Publisher,
+    /// Where reports come from.
+    pub reports: &'a Signal<M, Report>,
+    /// What the heartbeat says; frames dropped and state are filled in here.
+    pub health: Health,
+    /// Travel per ball pass, m, for the ripple frame.
+    pub wavelength_m: f32,
+    /// Time.
+    pub clock: C,
+    /// Signs of life.
+    pub liveness: &'a Liveness,
+}
+
+impl<M: RawMutex, F: FrameSink, C: Clock> Publish<'_, M, F, C> {
+    /// Publishes for ever.
+    pub async fn run(mut self) -> ! {
+        let start_us = self.clock.now_us();
+        let mut outbox = Outbox::new();
+        let mut heartbeat = Every::new(HEARTBEAT_US, start_us);
+        let mut ripple = Every::new(RIPPLE_US, start_us + RIPPLE_US / 2);
+        let mut log = Every::new(LOG_US, start_us + LOG_US);
+        let mut fault = FaultPlan::new(start_us);
+        let mut newest: Option<Report> = None;
+        loop {
+            let now_us = self.clock.now_us();
+            if heartbeat.is_due(now_us) {
+                self.health.frames_dropped = outbox.dropped();
+                outbox.put(Kind::Heartbeat, self.publisher.heartbeat(&self.health));
+            }
+            if let Some(report) = &newest {
+                let reasons = report.frames.known.reasons;
+                if fault.is_due(now_us, reasons) {
+                    outbox.put(Kind::Fault, self.publisher.fault(reasons, report.lost_blocks));
+                }
+                if ripple.is_due(now_us) {
+                    outbox.put(Kind::Ripple, self.publisher.ripple(report.ripple, self.wavelength_m));
+                }
+                if log.is_due(now_us) {
+                    say(report, outbox.dropped());
+                }
+            }
+            outbox.flush(&mut self.sink);
+            self.liveness.report(Member::Publish);
+
+            let retry_us = if outbox.is_empty() { REPORT_WITHIN_US / 2 } else { RETRY_US };
+            let wake_us = heartbeat.next_us().min(now_us + retry_us);
+            if let Either::First(report) = select(self.reports.wait(), self.clock.sleep_until(wake_us)).await {
+                outbox.put(Kind::Estimate, report.frames.estimate);
+                outbox.put(Kind::Motion, report.frames.motion);
+                // silence later on is what the estimate tells; going back to boot-up would look like a reset
+                self.health.operational |= report.fresh;
+                newest = Some(report);
+            }
+        }
+    }
+}
+
+/// When a fault frame is due: every second, and soon after a change of the reasons.
+#[derive(Clone, Copy, Debug)]
+struct FaultPlan {
+    repeat: Every,
+    told: Option<Reasons>,
+    not_before_us: u64,
+}
+
+impl FaultPlan {
+    const fn new(now_us: u64) -> Self {
+        FaultPlan { repeat: Every::new(FAULT_US, now_us), told: None, not_before_us: now_us }
+    }
+
+    fn is_due(&mut self, now_us: u64, reasons: Reasons) -> bool {
+        if now_us < self.not_before_us {
+            return false;
+        }
+        let due = self.repeat.is_due(now_us) || self.told != Some(reasons);
+        if due {
+            self.told = Some(reasons);
+            self.not_before_us = now_us + FAULT_PAUSE_US;
+        }
+        due
+    }
+}
+
+/// The line of the second.
+fn say(report: &Report, dropped: u32) {
+    let known = &report.frames.known;
+    let reason = known.reasons.first().map_or("trusted", |r| r.name());
+    let number = |m: Option<model_core::sample::Measured>| m.map_or((f32::NAN, f32::NAN), |m| (m.value, m.sigma));
+    let (preload, sigma) = number(known.preload_n);
+    let (drag, _) = number(known.drag_force_n);
+    let (speed, _) = number(known.speed_m_s);
+    let amplitude = report.ripple.map_or(f32::NAN, |r| r.amplitude_n);
+    info!(
+        "{=str}: preload {=f32} N +- {=f32}, drag {=f32} N, {=f32} m/s, {=f32} degC, ripple {=f32} N",
+        reason,
+        preload,
+        sigma,
+        drag,
+        speed,
+        known.temperature_degc.unwrap_or(f32::NAN),
+        amplitude
+    );
+    if report.lost_blocks > 0 || dropped > 0 {
+        warning!("since start-up: {=u32} blocks lost, {=u32} frames dropped", report.lost_blocks, dropped);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use can_wire::{BoardKind, Message, NodeId, RawFrame, ResetCause, decode};
+    use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+    use model_core::monitor::{Monitor, Params};
+    use model_core::sample::{Estimate, Reason};
+
+    use super::*;
+    use crate::Frames;
+    use crate::runners::rehearsal::{Controller, Desk};
+
+    fn monitor() -> Monitor {
+        Params::ZHOU_2023.build().unwrap()
+    }
+
+    fn publish<'a>(
+        desk: &'a Desk,
+        bus: &'a Controller,
+        reports: &'a Signal<NoopRawMutex, Report>,
+        liveness: &'a Liveness,
+    ) -> Publish<'a, NoopRawMutex, &'a Controller, &'a Desk> {
+        Publish {
+            sink: bus,
+            publisher: Publisher::new(NodeId::FIRST),
+            reports,
+            health: Health {
+                reset_cause: ResetCause::Pin,
+                board: BoardKind::Unknown,
+                boot_count: 3,
+                frames_dropped: 0,
+                operational: false,
+            },
+            wavelength_m: 0.0143,
+            clock: desk,
+            liveness,
+        }
+    }
+
+    fn report(publisher: &mut Publisher, reasons: &[Reason]) -> Report {
+        let mut known: Estimate = monitor().stale(0);
+        known.reasons = Reasons::NONE;
+        reasons.iter().for_each(|r| known.reasons.insert(*r));
+        Report { frames: Frames::of(known, publisher), fresh: true, lost_blocks: 2, ripple: None }
+    }
+
+    /// Reports every 100 ms, with the reasons that `reasons` names for that time in ms.
+    async fn feed(desk: &Desk, reports: &Signal<NoopRawMutex, Report>, reasons: impl Fn(u64) -> Vec<Reason>) {
+        let mut publisher = Publisher::new(NodeId::FIRST);
+        for at_ms in (100..).step_by(100) {
+            desk.sleep_until(1000 * at_ms).await;
+            reports.signal(report(&mut publisher, &reasons(at_ms)));
+        }
+    }
+
+    /// When frames of this kind went out, ms.
+    fn times(bus: &Controller, kind: Kind) -> Vec<u64> {
+        let id = kind.identifier(NodeId::FIRST);
+        bus.log.borrow().iter().filter(|(_, f)| f.id == id).map(|(t, _)| t / 1000).collect()
+    }
+
+    fn last(bus: &Controller, kind: Kind) -> RawFrame {
+        let id = kind.identifier(NodeId::FIRST);
+        bus.log.borrow().iter().rev().find(|(_, f)| f.id == id).unwrap().1
+    }
+
+    #[test]
+    fn every_frame_has_its_rate() {
+        let (desk, bus, liveness) = (Desk::new(), Controller::new(), Liveness::new());
+        let reports = Signal::new();
+        let both = embassy_futures::join::join(
+            feed(&desk, &reports, |_| vec![Reason::NoMotion]),
+            publish(&desk, &bus, &reports, &liveness).run(),
+        );
+        desk.run_watching(3_050_000, both, || bus.transmit(desk.now_us()));
+        let every = |first: u64, step: usize| (first..=3050).step_by(step).collect::<Vec<_>>();
+        assert_eq!(times(&bus, Kind::Estimate), every(100, 100));
+        assert_eq!(times(&bus, Kind::Motion), every(100, 100));
+        // beside estimate, motion and fault or ripple it is the fourth: it waits for a mailbox
+        assert_eq!(times(&bus, Kind::Heartbeat), [0, 501, 1001, 1501, 2001, 2501, 3001]);
+        assert_eq!(times(&bus, Kind::Ripple), every(500, 1000));
+        assert_eq!(times(&bus, Kind::Fault), [100, 1000, 2000, 3000]);
+        let frame = last(&bus, Kind::Heartbeat);
+        let Ok((_, Message::Heartbeat(beat))) = decode(frame.id, &frame.data) else { panic!("{frame:?}") };
+        assert_eq!((beat.boot_count, beat.frames_dropped, beat.counter), (3, 0, 6));
+    }
+
+    #[test]
+    fn a_change_of_reasons_is_told_at_once_but_flicker_is_not() {
+        let (desk, bus, liveness) = (Desk::new(), Controller::new(), Liveness::new());
+        let reports = Signal::new();
+        let reasons = |at_ms| if at_ms < 1300 { vec![Reason::NoMotion] } else { vec![] };
+        let both = embassy_futures::join::join(
+            feed(&desk, &reports, reasons),
+            publish(&desk, &bus, &reports, &liveness).run(),
+        );
+        desk.run_watching(1_950_000, both, || bus.transmit(desk.now_us()));
+        assert_eq!(times(&bus, Kind::Fault), [100, 1000, 1300]);
+
+        let mut plan = FaultPlan::new(0);
+        let mut flicker = Reasons::NONE;
+        flicker.insert(Reason::Reversing);
+        let told =
+            (0..1000).filter(|t| plan.is_due(1000 * t, if t % 2 == 0 { flicker } else { Reasons::NONE })).count();
+        assert!(told <= 10, "{told}");
+    }
+
+    #[test]
+    fn a_bus_that_nobody_acknowledges_costs_nothing_but_frames() {
+        let (desk, bus, liveness) = (Desk::new(), Controller::new(), Liveness::new());
+        let reports = Signal::new();
+        let both = embassy_futures::join::join(
+            feed(&desk, &reports, |_| vec![]),
+            publish(&desk, &bus, &reports, &liveness).run(),
+        );
+        let mut silent_ms = 0;
+        desk.run_watching(5_050_000, both, || {
+            liveness.report(Member::Acquire);
+            liveness.report(Member::Estimate);
+            if liveness.take_all() {
+                silent_ms = desk.now_us() / 1000;
+            }
+            assert!(desk.now_us() / 1000 - silent_ms <= 100, "publish hangs");
+            if desk.now_us() > 5_000_000 {
+                bus.transmit(desk.now_us());
+            }
+        });
+        // the bus came back at 5 s: one frame of each kind, the newest
+        for kind in Kind::ALL {
+            assert_eq!(times(&bus, kind).len(), 1, "{kind:?}");
+        }
+        let frame = last(&bus, Kind::Estimate);
+        let Ok((_, Message::Estimate(newest))) = decode(frame.id, &frame.data) else { panic!("{frame:?}") };
+        assert_eq!(newest.counter, (50 - 1) % 16);
+        let frame = last(&bus, Kind::Heartbeat);
+        let Ok((_, Message::Heartbeat(beat))) = decode(frame.id, &frame.data) else { panic!("{frame:?}") };
+        // displaced by then: 48 or 49 estimates and motions, 9 heartbeats, 4 ripples, 5 faults
+        assert!((110..=120).contains(&beat.frames_dropped), "{}", beat.frames_dropped);
+    }
+}

@@ -1,0 +1,63 @@
+//! `guideblock decode`
+
+use std::io::BufRead;
+use std::path::PathBuf;
+
+use can_wire::NodeId;
+use host_tools::decode::Decoder;
+use host_tools::report::Emitter;
+
+use super::{Failure, Format, Input, node, open, output, say};
+
+/// Prints what guide blocks said on the bus
+///
+/// Reads what candump prints, in either of its formats, from a file or a live bus:
+///
+///     candump -L can0 | guideblock decode
+///
+/// Frames of other devices are ignored. What cannot be decoded is counted by reason and reported at the
+/// end on standard error, with the first lines of each.
+#[derive(clap::Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct Arguments {
+    /// candump text; - is standard input
+    #[arg(default_value = "-")]
+    file: PathBuf,
+    /// How messages are printed
+    #[arg(long, value_enum, default_value_t = Format::Table)]
+    format: Format,
+    /// Only messages of this block, 1 to 127
+    #[arg(long, value_name = "N", value_parser = node)]
+    node: Option<NodeId>,
+}
+
+pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
+    let Input { name, is_live, mut reader } = open(&arguments.file)?;
+    let mut decoder = Decoder::new(arguments.node);
+    let mut emitter = Emitter::new(output(), arguments.format.into())?;
+    if is_live {
+        emitter.flush()?;
+    }
+    // bytes, not text: line noise on a serial logger must not end the run
+    let mut line = Vec::new();
+    loop {
+        line.clear();
+        let length = reader.read_until(b'\n', &mut line).map_err(|e| Failure::Data(format!("{name}: {e}")))?;
+        if length == 0 {
+            break;
+        }
+        if let Some(decoded) = decoder.line(&String::from_utf8_lossy(&line)) {
+            emitter.message(&decoded)?;
+            if is_live {
+                emitter.flush()?;
+            }
+        }
+    }
+    emitter.finish()?;
+    let tally = decoder.tally();
+    say(tally);
+    if tally.decoded == 0 {
+        return Err(Failure::Data(format!("{name}: no frame of a guide block")));
+    }
+    Ok(())
+}

@@ -1,0 +1,122 @@
+//! One file a subcommand: parse arguments, call the library, print. And what all of them share.
+
+pub(crate) mod dbc;
+pub(crate) mod decode;
+#[cfg(feature = "emulator")]
+pub(crate) mod demo;
+pub(crate) mod parameters;
+pub(crate) mod replay;
+
+use std::fmt::Display;
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, BufWriter, Write};
+use std::path::Path;
+use std::process::ExitCode;
+
+use can_wire::NodeId;
+use clap::ValueEnum;
+use host_tools::report;
+
+/// Why a command did not do what it was asked for. The text is for the person at the terminal.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// A check that the command makes did not hold; what it was has been printed.
+    #[cfg_attr(not(feature = "emulator"), expect(dead_code, reason = "only the demo checks something"))]
+    Check,
+    /// Wrong arguments, a file that is not there.
+    Usage(String),
+    /// Data of which nothing can be used.
+    Data(String),
+    /// The output cannot be written.
+    Output(io::Error),
+}
+
+impl Failure {
+    /// Unusable data.
+    fn data(why: impl Display) -> Self {
+        Failure::Data(why.to_string())
+    }
+
+    /// Something about a file that the caller named.
+    fn file(path: &Path, why: impl Display) -> Self {
+        Failure::Usage(format!("{}: {why}", path.display()))
+    }
+}
+
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        Failure::Output(error)
+    }
+}
+
+/// Prints what has to be printed and answers the status to exit with.
+pub(crate) fn exit_code(outcome: Result<(), Failure>) -> ExitCode {
+    let (code, text) = match outcome {
+        Ok(()) => (0, None),
+        // the reader has seen enough
+        Err(Failure::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => (0, None),
+        Err(Failure::Check) => (1, None),
+        Err(Failure::Output(error)) => (2, Some(format!("cannot write the output: {error}"))),
+        Err(Failure::Usage(text)) => (2, Some(text)),
+        Err(Failure::Data(text)) => (3, Some(text)),
+    };
+    if let Some(text) = text {
+        say(format_args!("guideblock: {text}"));
+    }
+    ExitCode::from(code)
+}
+
+/// Writes a line to standard error. That nobody reads it is no reason to stop.
+pub(crate) fn say(line: impl Display) {
+    let _ = writeln!(io::stderr(), "{line}");
+}
+
+/// How decoded messages are printed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// aligned text, one line a reading; heartbeats and faults when they change
+    Table,
+    /// one row a message
+    Csv,
+    /// one JSON object a line and message
+    Json,
+}
+
+impl From<Format> for report::Format {
+    fn from(format: Format) -> Self {
+        match format {
+            Format::Table => report::Format::Table,
+            Format::Csv => report::Format::Csv,
+            Format::Json => report::Format::Json,
+        }
+    }
+}
+
+/// An input that a person named: `-` is standard input.
+pub(crate) struct Input {
+    /// Its name in messages.
+    pub(crate) name: String,
+    /// Whether more may come later, so that output must not wait.
+    pub(crate) is_live: bool,
+    /// The text.
+    pub(crate) reader: Box<dyn BufRead>,
+}
+
+/// Opens an input.
+pub(crate) fn open(path: &Path) -> Result<Input, Failure> {
+    if path == Path::new("-") {
+        return Ok(Input { name: "standard input".to_owned(), is_live: true, reader: Box::new(io::stdin().lock()) });
+    }
+    let file = File::open(path).map_err(|error| Failure::file(path, error))?;
+    Ok(Input { name: path.display().to_string(), is_live: false, reader: Box::new(BufReader::new(file)) })
+}
+
+/// Standard output, buffered.
+pub(crate) fn output() -> BufWriter<io::StdoutLock<'static>> {
+    BufWriter::new(io::stdout().lock())
+}
+
+/// A node number of the command line.
+pub(crate) fn node(text: &str) -> Result<NodeId, String> {
+    text.parse().ok().and_then(NodeId::new).ok_or_else(|| "a node is a whole number from 1 to 127".to_owned())
+}

@@ -1,0 +1,41 @@
+//! `guideblock`: the desk's side of the smart guide block.
+//!
+//! Results go to standard output, everything said about them to standard error. Exit status: 0 ok, 1 a check
+//! failed, 2 wrong usage, 3 unusable data. A closed pipe ends the program quietly.
+#![forbid(unsafe_code)]
+
+mod cmd;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+/// Preload of a ball guide, measured by the block itself: decode its bus, replay its samples, run its firmware.
+#[derive(Parser)]
+#[command(name = "guideblock", version, max_term_width = 100)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(clap::Subcommand)]
+enum Command {
+    Decode(cmd::decode::Arguments),
+    Replay(cmd::replay::Arguments),
+    Dbc(cmd::dbc::Arguments),
+    Parameters(cmd::parameters::Arguments),
+    #[cfg(feature = "emulator")]
+    Demo(cmd::demo::Arguments),
+}
+
+fn main() -> ExitCode {
+    let outcome = match Arguments::parse().command {
+        Command::Decode(arguments) => cmd::decode::run(arguments),
+        Command::Replay(arguments) => cmd::replay::run(arguments),
+        Command::Dbc(arguments) => cmd::dbc::run(arguments),
+        Command::Parameters(arguments) => cmd::parameters::run(arguments),
+        #[cfg(feature = "emulator")]
+        Command::Demo(arguments) => cmd::demo::run(arguments),
+    };
+    cmd::exit_code(outcome)
+}

@@ -1,0 +1,114 @@
+//! A run of an axis as a function of time: straight lines between its rows.
+
+use crate::recording::axis::AxisSample;
+
+/// What the world does at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct World {
+    /// Position along the rail, m.
+    pub position_m: f64,
+    /// Force the drive applies to the carriage, N, positive towards larger positions.
+    pub drag_force_n: f64,
+    /// Temperature of the block, °C.
+    pub temperature_degc: Option<f64>,
+    /// True preload, N.
+    pub preload_n: Option<f64>,
+}
+
+/// One gap-free part of a run, time from its first row.
+#[derive(Clone, Debug)]
+pub struct Track {
+    rows: Vec<(f64, World)>,
+}
+
+impl Track {
+    /// Takes rows with increasing times. Where the recording has no position, velocity is summed up.
+    ///
+    /// `None` when there are no rows.
+    pub fn new(samples: &[AxisSample]) -> Option<Self> {
+        let start_s = samples.first()?.time_s;
+        let mut rows = Vec::with_capacity(samples.len());
+        let (mut position_m, mut before) = (0.0, (0.0, 0.0));
+        for sample in samples {
+            let time_s = sample.time_s - start_s;
+            let velocity = sample.velocity_m_s.unwrap_or(before.1);
+            position_m = sample.position_m.unwrap_or(position_m + 0.5 * (velocity + before.1) * (time_s - before.0));
+            before = (time_s, velocity);
+            let world = World {
+                position_m,
+                drag_force_n: sample.drag_force_n,
+                temperature_degc: sample.temperature_block_degc,
+                preload_n: sample.preload_n,
+            };
+            rows.push((time_s, world));
+        }
+        Some(Track { rows })
+    }
+
+    /// Length, s.
+    pub fn duration_s(&self) -> f64 {
+        self.rows.last().map_or(0.0, |(time, _)| *time)
+    }
+
+    /// The world at a time; before the first and after the last row it stands still.
+    ///
+    /// A quantity that one of the two rows around has not measured is not known between them.
+    pub fn at(&self, time_s: f64) -> World {
+        let next = self.rows.partition_point(|(time, _)| *time <= time_s);
+        let (Some((from_s, from)), Some((to_s, to))) = (self.rows.get(next.wrapping_sub(1)), self.rows.get(next))
+        else {
+            // `Track::new` leaves at least one row
+            return if next == 0 { self.rows[0].1 } else { self.rows[next - 1].1 };
+        };
+        let share = (time_s - from_s) / (to_s - from_s);
+        let between = |a: f64, b: f64| a + share * (b - a);
+        let known = |a: Option<f64>, b: Option<f64>| Some(between(a?, b?));
+        World {
+            position_m: between(from.position_m, to.position_m),
+            drag_force_n: between(from.drag_force_n, to.drag_force_n),
+            temperature_degc: known(from.temperature_degc, to.temperature_degc),
+            preload_n: known(from.preload_n, to.preload_n),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample(time_s: f64, position_m: Option<f64>, velocity_m_s: Option<f64>) -> AxisSample {
+        AxisSample {
+            time_s,
+            position_m,
+            velocity_m_s,
+            drag_force_n: 10.0 * time_s,
+            preload_n: Some(3000.0 - time_s),
+            temperature_block_degc: (time_s < 12.5).then_some(20.0),
+            part: 0,
+        }
+    }
+
+    #[test]
+    fn is_straight_between_rows_and_still_outside() {
+        let track =
+            Track::new(&[sample(11.0, Some(1.0), None), sample(12.0, Some(3.0), None), sample(13.0, Some(2.0), None)])
+                .expect("rows");
+        assert_eq!(track.duration_s(), 2.0);
+        for (time, position) in [(-1.0, 1.0), (0.0, 1.0), (0.25, 1.5), (1.0, 3.0), (1.5, 2.5), (2.0, 2.0), (9.0, 2.0)] {
+            assert_eq!(track.at(time).position_m, position, "{time}");
+        }
+        assert_eq!(track.at(0.5).drag_force_n, 115.0);
+        assert_eq!(track.at(0.5).preload_n, Some(2988.5));
+        assert_eq!(track.at(0.5).temperature_degc, Some(20.0));
+        assert_eq!(track.at(1.5).temperature_degc, None);
+        assert!(Track::new(&[]).is_none());
+    }
+
+    #[test]
+    fn sums_velocity_where_there_is_no_position() {
+        let track =
+            Track::new(&[sample(0.0, None, Some(0.0)), sample(1.0, None, Some(1.0)), sample(2.0, None, Some(1.0))])
+                .expect("rows");
+        assert_eq!(track.at(2.0).position_m, 1.5);
+    }
+}

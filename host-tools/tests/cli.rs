@@ -1,0 +1,222 @@
+//! What the commands print, byte for byte, and their exit status.
+//!
+//! Inputs and expected outputs are in `tests/cli`. After a change that is meant, `BLESS=1 cargo test` writes the
+//! expected outputs anew; read the difference before committing it.
+#![allow(clippy::expect_used, reason = "a test fails by panicking")]
+
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+/// What a command left behind.
+struct Run {
+    status: Option<i32>,
+    stdout: String,
+    stderr: String,
+}
+
+fn guideblock(arguments: &[&str], stdin: &[u8]) -> Run {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_guideblock"))
+        .args(arguments)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the binary of this package");
+    child.stdin.take().expect("piped").write_all(stdin).expect("it reads all of its input");
+    let output = child.wait_with_output().expect("it ends");
+    Run {
+        status: output.status.code(),
+        stdout: String::from_utf8(output.stdout).expect("text"),
+        stderr: String::from_utf8(output.stderr).expect("text"),
+    }
+}
+
+/// Compares with a file of `tests/cli`.
+fn expect(name: &str, got: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cli").join(name);
+    if std::env::var_os("BLESS").is_some() {
+        fs::write(&path, got).expect("writable");
+    }
+    let expected = fs::read_to_string(&path).unwrap_or_default();
+    assert!(got == expected, "{name} is no longer what is printed:\n{got}");
+}
+
+#[test]
+fn decode_prints_every_format() {
+    for format in ["table", "csv", "json"] {
+        let run = guideblock(&["decode", "tests/cli/bus.log", "--format", format], b"");
+        expect(&format!("bus.{format}"), &run.stdout);
+        expect("bus.stderr", &run.stderr);
+        assert_eq!(run.status, Some(0));
+    }
+}
+
+#[test]
+fn decode_reads_a_pipe_just_the_same() {
+    let log = fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cli/bus.log")).expect("checked in");
+    let piped = guideblock(&["decode"], &log);
+    let file = guideblock(&["decode", "tests/cli/bus.log"], b"");
+    assert_eq!(piped.stdout, file.stdout);
+    assert_eq!(piped.stderr, file.stderr);
+}
+
+#[test]
+fn decode_tells_when_nothing_is_there() {
+    let run = guideblock(&["decode", "tests/cli/bus.log", "--node", "2"], b"");
+    assert_eq!(run.status, Some(3));
+    assert!(run.stderr.ends_with("guideblock: tests/cli/bus.log: no frame of a guide block\n"), "{}", run.stderr);
+    let run = guideblock(&["decode"], b"\x00\xffnot candump\n");
+    assert_eq!(run.status, Some(3));
+    assert!(run.stderr.contains("1 rejected (candump-"), "{}", run.stderr);
+}
+
+#[test]
+fn a_live_bus_is_decoded_line_by_line() {
+    use std::io::{BufRead, BufReader};
+    let mut child = Command::new(env!("CARGO_BIN_EXE_guideblock"))
+        .args(["decode", "--format", "json"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the binary of this package");
+    let mut bus = child.stdin.take().expect("piped");
+    let mut said = BufReader::new(child.stdout.take().expect("piped"));
+    for (frame, preload) in [("181#BA0B5E007C070CD1", "3002.0"), ("181#B90B5E007B070DE7", "3001.0")] {
+        writeln!(bus, "(6.1) can0 {frame}").expect("it listens");
+        let mut line = String::new();
+        // hangs if the answer waits for more input
+        said.read_line(&mut line).expect("it answers");
+        assert!(line.contains(&format!("\"preload_n\":{preload}")), "{line}");
+    }
+    drop(bus);
+    assert_eq!(child.wait().expect("it ends").code(), Some(0));
+}
+
+#[test]
+fn a_closed_pipe_is_no_failure() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_guideblock"))
+        .args(["replay", "tests/cli/steady.raw.csv", "--format", "candump"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the binary of this package");
+    drop(child.stdout.take());
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!((output.status.code(), output.stderr), (Some(0), Vec::new()));
+}
+
+#[test]
+fn replay_prints_every_format() {
+    let record = Path::new(env!("CARGO_TARGET_TMPDIR")).join("steady.record");
+    let record = record.to_str().expect("text");
+    let made = guideblock(&["parameters", "--bench", "runs/bench.toml", "--out", record], b"");
+    assert_eq!(made.status, Some(0), "{}", made.stderr);
+    assert!(made.stderr.ends_with(" bytes for 0x08060000, node 1, calibrated\n"), "{}", made.stderr);
+    for format in ["table", "csv", "json", "candump"] {
+        let run = guideblock(&["replay", "tests/cli/steady.raw.csv", "--parameters", record, "--format", format], b"");
+        expect(&format!("steady.{format}"), &run.stdout);
+        assert_eq!((run.status, run.stderr.as_str()), (Some(0), ""));
+    }
+    let unprogrammed = guideblock(&["replay", "tests/cli/steady.raw.csv"], b"");
+    expect("unprogrammed.table", &unprogrammed.stdout);
+}
+
+#[test]
+fn replay_uses_what_is_left_and_counts_what_is_lost() {
+    let run = guideblock(&["replay", "tests/cli/damaged.raw.csv", "--format", "candump"], b"");
+    expect("damaged.candump", &run.stdout);
+    expect("damaged.stderr", &run.stderr);
+    assert_eq!(run.status, Some(0));
+}
+
+#[test]
+fn replay_refuses_with_line_and_column() {
+    for (file, message) in [
+        (
+            "tests/cli/renamed.raw.csv",
+            "guideblock: tests/cli/renamed.raw.csv: line 3: no column temperature_code; the header row has: tick, sample, \
+             force_code, ntc, encoder_count\n",
+        ),
+        (
+            "tests/cli/bus.log",
+            "guideblock: tests/cli/bus.log: line 2: expected `# schema: guideblock.raw/1`, found \"(0.000538) can0 \
+             701#00110100000000F1\"; a raw recording says above its header row what it is; if this file is one, add that \
+             line\n",
+        ),
+    ] {
+        let run = guideblock(&["replay", file], b"");
+        assert_eq!((run.status, run.stdout.as_str(), run.stderr.as_str()), (Some(3), "", message));
+    }
+    let run = guideblock(&["replay", "tests/cli/steady.raw.csv", "--parameters", "tests/cli/bus.log"], b"");
+    assert_eq!(run.status, Some(3));
+    assert_eq!(
+        run.stderr,
+        "guideblock: tests/cli/bus.log: no parameter record: it does not begin with GBPR; write one\n"
+    );
+}
+
+#[test]
+fn wrong_usage_is_told_from_wrong_data() {
+    for arguments in [
+        &["decode", "no such file"][..],
+        &["decode", "--node", "128"],
+        &["decode", "--format", "xml"],
+        &["replay"],
+        &["parameters"],
+        &["parameters", "--bench", "runs/bench.toml"],
+        &["frobnicate"],
+    ] {
+        let run = guideblock(arguments, b"");
+        assert_eq!((run.status, run.stdout.as_str()), (Some(2), ""), "{arguments:?}");
+        assert!(!run.stderr.is_empty(), "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_record_shows_as_the_bench_file_it_can_be_made_from() {
+    let path = |name: &str| Path::new(env!("CARGO_TARGET_TMPDIR")).join(name).to_str().expect("text").to_owned();
+    let (first, bench, second) = (path("first.record"), path("shown.toml"), path("second.record"));
+    assert_eq!(guideblock(&["parameters", "--bench", "runs/bench.toml", "--out", &first], b"").status, Some(0));
+    let shown = guideblock(&["parameters", "--show", &first], b"");
+    expect("bench.shown.toml", &shown.stdout);
+    fs::write(&bench, &shown.stdout).expect("writable");
+    assert_eq!(guideblock(&["parameters", "--bench", &bench, "--out", &second], b"").status, Some(0));
+    assert_eq!(fs::read(first).expect("written"), fs::read(&second).expect("written"));
+    let wrong = path("wrong.toml");
+    fs::write(&wrong, "schema = \"guideblock.bench/1\"\n[seals]\ndrag = 3\n").expect("writable");
+    let run = guideblock(&["parameters", "--bench", &wrong, "--out", &second], b"");
+    assert_eq!(run.status, Some(3));
+    assert!(
+        run.stderr.ends_with("wrong.toml: there is no parameter seals.drag; there are: coulomb_n, viscous_n_s_m\n"),
+        "{}",
+        run.stderr
+    );
+}
+
+#[test]
+fn dbc_prints_the_checked_in_file_and_other_nodes() {
+    let run = guideblock(&["dbc"], b"");
+    let checked_in = Path::new(env!("CARGO_MANIFEST_DIR")).join("../can-wire/guideblock.dbc");
+    assert_eq!(run.stdout, fs::read_to_string(checked_in).expect("checked in"));
+    assert_eq!(run.status, Some(0));
+    let other = guideblock(&["dbc", "--node", "127"], b"").stdout;
+    assert!(other.contains("BO_ 511 GuideBlock127_Estimate: 8 GuideBlock127"), "{other}");
+}
+
+#[cfg(feature = "emulator")]
+#[test]
+fn demo_says_how_to_build_what_is_missing() {
+    for (board, build) in [("f405", "cargo fw-f405"), ("g474", "cargo fw-g474")] {
+        let run = guideblock(&["demo", "--board", board, "--image", "no such image"], b"");
+        assert_eq!((run.status, run.stdout.as_str()), (Some(2), ""));
+        assert!(run.stderr.starts_with("guideblock: no such image: "), "{}", run.stderr);
+        assert!(run.stderr.contains(&format!("build the firmware with `{build}`")), "{}", run.stderr);
+    }
+    let run = guideblock(&["demo", "--image", "runs/bench.toml", "--out", env!("CARGO_TARGET_TMPDIR")], b"");
+    assert_eq!(run.status, Some(3), "{}", run.stderr);
+}
