@@ -123,17 +123,13 @@ impl Bench for Feed {
             let (_, mut event) = self.events.remove(0);
             event(pins);
         }
-        match self.readings.get(self.delivered).or(self.readings.last()) {
-            Some(r) => {
-                pins.force_code(r.force_code);
-                pins.temperature_code(r.temperature_code);
-                if r.encoder_count != self.counts {
-                    self.counts = r.encoder_count;
-                    // all edges well before the next trigger
-                    pins.move_encoder_to(r.encoder_count, now + LOOK / 2);
-                }
-            }
-            None => return None,
+        let reading = *self.readings.get(self.delivered).or(self.readings.last())?;
+        pins.force_code(reading.force_code);
+        pins.temperature_code(reading.temperature_code);
+        if reading.encoder_count != self.counts {
+            self.counts = reading.encoder_count;
+            // all edges well before the next trigger
+            pins.move_encoder_to(reading.encoder_count, now + LOOK / 2);
         }
         if self.delivered >= self.readings.len() {
             self.done_at.get_or_insert(now);

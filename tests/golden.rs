@@ -6,7 +6,6 @@ use std::collections::HashMap;
 ///
 /// # Panics
 /// With file and line when the table is not what `golden/reference.py` writes.
-#[expect(clippy::panic, reason = "a broken golden table is a broken test")]
 pub fn golden(name: &str) -> HashMap<String, Vec<f64>> {
     let path = crate::root().join("tests/golden").join(name);
     let mut reader = csv::Reader::from_path(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));

@@ -22,7 +22,6 @@ pub fn firmware(chip: Chip) -> Vec<u8> {
 ///
 /// # Panics
 /// When it has not been built.
-#[expect(clippy::panic, reason = "without its image a test cannot run, and must not pass")]
 pub fn read(name: &str) -> Vec<u8> {
     let path = crate::root().join("target/images").join(name).with_extension("elf");
     std::fs::read(&path).unwrap_or_else(|e| {
@@ -40,19 +39,21 @@ pub const BENCH: Params = Params { calibrated: true, ..Params::ZHOU_2023 };
 ///
 /// # Panics
 /// When the record does not encode, which the wire crate's own tests rule out.
-#[expect(clippy::expect_used, reason = "see above")]
 pub fn record(params: Params) -> Vec<u8> {
     let mut buffer = [0; parameters::MAX_SIZE];
     parameters::encode(&ParameterRecord { node: 1, params }, &mut buffer).expect("a legal record").to_vec()
 }
 
-/// The one symbol whose (mangled) name holds all fragments.
+/// The one symbol whose (mangled) name holds all fragments; the compiler's own tables start with a dot.
 ///
 /// # Panics
 /// When there is none or more than one: the function was renamed, inlined or duplicated.
 pub fn symbol(symbols: &Symbols, fragments: &[&str]) -> String {
-    let hits: Vec<&str> =
-        symbols.iter().map(|(name, _)| name).filter(|n| fragments.iter().all(|f| n.contains(f))).collect();
+    let hits: Vec<&str> = symbols
+        .iter()
+        .map(|(name, _)| name)
+        .filter(|n| !n.starts_with('.') && fragments.iter().all(|f| n.contains(f)))
+        .collect();
     assert_eq!(hits.len(), 1, "{fragments:?}: {hits:?}");
     hits[0].to_owned()
 }
@@ -74,7 +75,6 @@ impl Placed {
     ///
     /// # Panics
     /// When it is not a 32-bit little-endian Arm image with a vector table section.
-    #[expect(clippy::expect_used, reason = "a test's image that cannot be read is a failed test")]
     pub fn of(elf: &[u8]) -> Self {
         use object::elf::{EF_ARM_ABI_FLOAT_HARD, EM_ARM, PT_LOAD};
         use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};

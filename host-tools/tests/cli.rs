@@ -215,7 +215,7 @@ fn demo_says_how_to_build_what_is_missing() {
         let run = guideblock(&["demo", "--board", board, "--image", "no such image"], b"");
         assert_eq!((run.status, run.stdout.as_str()), (Some(2), ""));
         assert!(run.stderr.starts_with("guideblock: no such image: "), "{}", run.stderr);
-        assert!(run.stderr.contains(&format!("build the firmware with `{build}`")), "{}", run.stderr);
+        assert!(run.stderr.contains(&format!("build one with `{build}`")), "{}", run.stderr);
     }
     let run = guideblock(&["demo", "--image", "runs/bench.toml", "--out", env!("CARGO_TARGET_TMPDIR")], b"");
     assert_eq!(run.status, Some(3), "{}", run.stderr);

@@ -25,7 +25,7 @@ fn specimen(noise: &mut Noise, number: usize) -> (f64, f64, Measured) {
     // evenly spread: preload 700 to 7000 N, speed 2 to 95 mm/s in the logarithm, 12 to 55 °C
     let share = |stride: usize| ((number * stride) % SPECIMENS) as f64 / SPECIMENS as f64;
     let preload = 700.0 + 6300.0 * share(7);
-    let speed = 0.002 * 47.5f64.powf(share(13)) * if number % 2 == 0 { 1.0 } else { -1.0 };
+    let speed = 0.002 * 47.5f64.powf(share(13)) * if number.is_multiple_of(2) { 1.0 } else { -1.0 };
     let degc = 12.0 + 43.0 * share(29);
     let phase = std::f64::consts::TAU * share(61);
 

@@ -44,8 +44,8 @@ fn exact_geometry_forward() {
     for (name, guide) in [("forward_slip.csv", GUIDE), ("forward_carriage.csv", GUIDE_CARRIAGE_SPEED)] {
         let model = Exact::new(guide, FRICTION);
         let t = golden(name);
-        for n in 0..t["Q_N"].len() {
-            let (q, nu, v) = (t["Q_N"][n], t["nu_cSt"][n], t["V_mps"][n]);
+        for (n, q) in t["Q_N"].iter().copied().enumerate() {
+            let (nu, v) = (t["nu_cSt"][n], t["V_mps"][n]);
             let c = model.contact();
             let cube = q.cbrt();
             for (got, column) in [
@@ -71,8 +71,8 @@ fn exact_geometry_inverse() {
     for (name, guide) in [("inverse_slip.csv", GUIDE), ("inverse_carriage.csv", GUIDE_CARRIAGE_SPEED)] {
         let model = Exact::new(guide, FRICTION);
         let t = golden(name);
-        for n in 0..t["F_f_N"].len() {
-            let at = model.working_point(t["F_f_N"][n], t["nu_cSt"][n], t["V_mps"][n]).expect("inside the geometry");
+        for (n, force) in t["F_f_N"].iter().enumerate() {
+            let at = model.working_point(*force, t["nu_cSt"][n], t["V_mps"][n]).expect("inside the geometry");
             close(at.load_per_ball_n, t["Q_N"][n], EXACT, "Q");
             close(at.hersey, t["H_paper"][n], EXACT, "H");
             close(at.friction_coefficient, t["mu"][n], EXACT, "mu");

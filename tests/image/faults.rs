@@ -26,14 +26,15 @@ fn messages(feed: &Feed) -> Vec<(usize, Message)> {
 }
 
 fn last_heartbeat(feed: &Feed) -> HeartbeatMessage {
-    let beats =
+    let mut beats =
         messages(feed).into_iter().filter_map(|(_, m)| if let Message::Heartbeat(h) = m { Some(h) } else { None });
-    beats.last().expect("a heartbeat")
+    beats.next_back().expect("a heartbeat")
 }
 
 fn last_fault(feed: &Feed) -> FaultMessage {
-    let faults = messages(feed).into_iter().filter_map(|(_, m)| if let Message::Fault(f) = m { Some(f) } else { None });
-    faults.last().expect("a fault frame")
+    let mut faults =
+        messages(feed).into_iter().filter_map(|(_, m)| if let Message::Fault(f) = m { Some(f) } else { None });
+    faults.next_back().expect("a fault frame")
 }
 
 /// The qualities of the estimates that left after `from` samples, with their sample numbers.
@@ -147,7 +148,10 @@ fn hung_in(chip: Chip, function: &[&str]) {
 #[test]
 fn a_hung_task_ends_in_a_watchdog_reset_and_streaming_resumes() {
     for chip in CHIPS {
-        // the estimator's arithmetic
+        for task in ["acquire", "estimate", "publish", "supervise"] {
+            hung_in(chip, &["TaskStorage", task, "poll"]);
+        }
+        // and in the middle of the arithmetic
         hung_in(chip, &["monitor", "Monitor", "step"]);
     }
 }

@@ -50,7 +50,7 @@ pub(crate) struct Arguments {
     /// Board to emulate
     #[arg(long, value_enum, default_value_t = Board::F405)]
     board: Board,
-    /// Firmware image for that board; without it target/images/<board>.elf, which `./demo` builds
+    /// Firmware image for that board; without it target/images/BOARD.elf, which `./demo` builds
     #[arg(long, value_name = "ELF")]
     image: Option<PathBuf>,
     /// Bench file: what the block's parameter record says; without it the bundled one
