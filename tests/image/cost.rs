@@ -1,10 +1,14 @@
 //! What the image costs: instructions counted in the emulator, flash, RAM and stack. The README's table is this
-//! test's output: `cargo test --profile desk -p system-tests --test cost -- --nocapture`.
+//! test's output (`cargo test --profile desk -p system-tests --test cost -- --nocapture`), and the test holds it to that.
 
 use can_wire::parameters::ADDRESS;
+use model_core::fixed;
 use model_core::monitor::Params;
+use model_core::reduced::Reduced;
+use on_target::{Point, SLIP, points, relative, rivals};
 use system_tests::axis::{Feed, readings};
 use system_tests::image::{BENCH, CHIPS, Placed, firmware, read, record, symbol};
+use system_tests::root;
 use virtual_board::{Chip, VirtualBoard, run_bare, symbols};
 
 /// Instructions of one f32 inversion with its sensitivities.
@@ -23,7 +27,6 @@ fn path(t: f64) -> f64 {
 fn images_keep_their_limits() {
     // an estimate with every block, so that every block is a worst case
     let params = Params { publish_every_blocks: 1, ..BENCH };
-    println!("| | limit | STM32F405RG | STM32G474RE |");
     let mut rows: Vec<[u64; 5]> = Vec::new();
     for chip in CHIPS {
         let elf = firmware(chip);
@@ -49,18 +52,32 @@ fn images_keep_their_limits() {
             "{chip:?}: {} B of stack",
             outcome.stack_bytes
         );
-        rows.push([inversion.max, block.max, flash.into(), ram.into(), outcome.stack_bytes.into()]);
+        // flash holds source paths, which are as long as this machine's folders: whole KiB
+        let flash_kib = f64::from(flash) / 1024.0;
+        rows.push([inversion.max, block.max, flash_kib.round() as u64, ram.into(), outcome.stack_bytes.into()]);
     }
     let names = [
-        ("instructions, one f32 inversion (worst)", INVERSION),
-        ("instructions, 16 raw samples to finished frames (worst)", BLOCK),
-        ("flash, bytes", FLASH.into()),
+        ("instructions, one f32 inversion, worst", INVERSION),
+        ("instructions, 16 raw samples to finished frames, worst", BLOCK),
+        ("flash, KiB", u64::from(FLASH) / 1024),
         ("static RAM, bytes", RAM.into()),
         ("stack high-water, bytes", STACK.into()),
     ];
-    for (n, (name, limit)) in names.iter().enumerate() {
-        println!("| {name} | {limit} | {} | {} |", rows[0][n], rows[1][n]);
+    let lines = names.iter().enumerate();
+    in_readme(lines.map(|(n, (name, limit))| format!("| {name} | {limit} | {} | {} |", rows[0][n], rows[1][n])));
+}
+
+/// Prints lines of a table and asserts that the README has them.
+fn in_readme(lines: impl Iterator<Item = String>) {
+    let readme = std::fs::read_to_string(root().join("README.md")).expect("the README");
+    let mut missing = Vec::new();
+    for line in lines {
+        println!("{line}");
+        if !readme.lines().any(|l| l == line) {
+            missing.push(line);
+        }
     }
+    assert!(missing.is_empty(), "the README's table must read:\n{}", missing.join("\n"));
 }
 
 /// The same inversion (no sensitivities) in other people's arithmetic, on the on-target program.
@@ -71,18 +88,34 @@ fn own_arithmetic_is_the_cheapest_that_is_exact_enough() {
     let variants = ["preload_own", "preload_libm", "preload_micromath", "invert_float", "invert_fixed"];
     let names: Vec<String> = variants.iter().map(|v| symbol(&table, &["rivals", v])).collect();
     let bare = run_bare(&elf, 60_000_000_000, &names).expect("the emulator takes the image");
-    println!("| inversion | instructions, typical | worst |");
-    let worst: Vec<u64> = variants
-        .iter()
-        .zip(&names)
-        .map(|(variant, name)| {
-            let cost = bare.costs[name];
-            assert!(cost.calls >= 200, "{variant}: {cost:?}");
-            println!("| {variant} | {} | {} |", cost.min, cost.max);
-            cost.max
-        })
-        .collect();
-    assert!(worst[0] < worst[1] && worst[3] <= INVERSION, "{worst:?}");
+    let costs: Vec<_> = variants.iter().zip(&names).map(|(variant, name)| (variant, bare.costs[name])).collect();
+    for (variant, cost) in &costs {
+        assert!(cost.calls >= 200, "{variant}: {cost:?}");
+    }
+    // worst errors of the preload over the golden vectors, slip convention
+    let law = on_target::SLIP_LAW.to_f32();
+    let worst = |f: fn(&Reduced<f32>, f32, f32) -> Option<f32>| {
+        let error = |p: Point| f(&law, p.drag_force_n, p.viscous_speed).map(|got| relative(got.into(), p.preload_n));
+        points(SLIP).map(|p| error(p).expect("inside the law")).fold(0.0, f64::max)
+    };
+    let fixed = on_target::integer(SLIP, &fixed::Reduced::of(&on_target::SLIP_LAW).expect("constants that fit")).0;
+    let errors = [
+        worst(rivals::preload_own),
+        worst(rivals::preload_libm),
+        worst(rivals::preload_micromath),
+        on_target::float(SLIP, &law).0,
+        fixed,
+    ];
+    let titles = [
+        "own `exp` and `cbrt`, preload only",
+        "`libm`, preload only",
+        "`micromath`, preload only",
+        "**the core's f32 inversion**, with sensitivities",
+        "the core's fixed-point inversion, preload only",
+    ];
+    let lines = titles.iter().zip(&costs).zip(errors);
+    in_readme(lines.map(|((title, (_, cost)), error)| format!("| {title} | {} | {error:.1e} |", cost.max)));
+    assert!(costs[0].1.max < costs[1].1.max && costs[3].1.max <= INVERSION);
 }
 
 /// The image lies where the chip's flash and RAM are; ranges as `probe-rs chip info` prints them.
