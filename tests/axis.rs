@@ -4,7 +4,7 @@
 //! samples and must send the very same frames.
 
 use host_tools::rig::front_end::{ChannelNoise, FrontEnd};
-use model_core::monitor::Params;
+use model_core::params::Params;
 use model_core::reduced::DragLaw;
 use virtual_board::{Bench, Nanos, Pins, SentFrame};
 

@@ -1,7 +1,7 @@
 //! The release images that `verify` builds, and parameter records for their flash.
 
 use can_wire::parameters::{self, ParameterRecord};
-use model_core::monitor::Params;
+use model_core::params::Params;
 use virtual_board::{Chip, Symbols};
 
 /// Both boards.

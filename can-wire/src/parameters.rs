@@ -14,7 +14,7 @@
 
 use crate::NodeId;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
-use model_core::monitor::Params;
+use model_core::params::Params;
 use serde::{Deserialize, Serialize};
 
 /// Where the record lies in the flash of both boards: region `PARAMS` of memory.x.

@@ -70,7 +70,7 @@ impl Publisher {
 mod tests {
     use super::*;
     use crate::{BoardKind, ResetCause, decode};
-    use model_core::monitor::Params;
+    use model_core::params::Params;
 
     #[test]
     fn each_kind_has_its_own_counter_that_wraps_at_16() {

@@ -2,7 +2,8 @@
 
 use can_wire::NodeId;
 use can_wire::parameters::{self, BadRecord, ParameterRecord};
-use model_core::monitor::{Monitor, Params};
+use model_core::monitor::Monitor;
+use model_core::params::Params;
 
 use crate::ports::Storage;
 

@@ -220,7 +220,7 @@ impl Joiner {
 mod tests {
     use super::*;
     use can_wire::{BoardKind, Health, Publisher, RawFrame, ResetCause};
-    use model_core::monitor::Params;
+    use model_core::params::Params;
 
     fn publisher() -> Publisher {
         Publisher::new(NodeId::FIRST)

@@ -14,7 +14,7 @@
 //! ```
 
 use can_wire::parameters::{self as wire, BadRecord, EncodeError, MAX_SIZE, ParameterRecord};
-use model_core::monitor::Params;
+use model_core::params::Params;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 

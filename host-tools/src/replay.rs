@@ -6,7 +6,8 @@
 
 use can_wire::parameters::ParameterRecord;
 use can_wire::{NodeId, Publisher, RawFrame};
-use model_core::monitor::{Monitor, Params, State};
+use model_core::monitor::{Monitor, State};
+use model_core::params::Params;
 use model_core::sample::{BLOCK_HZ, Estimate, RawBlock};
 
 use crate::candump::Micros;

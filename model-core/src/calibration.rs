@@ -118,7 +118,8 @@ impl Calibration {
         if self.force.newtons_per_code == 0.0 {
             return Err(Error::OutOfRange("newtons_per_code"));
         }
-        if self.metres_per_count == 0.0 {
+        // below a nanometre a count, guard distances would not fit an i32
+        if self.metres_per_count.abs() < 1e-9 {
             return Err(Error::OutOfRange("metres_per_count"));
         }
         if self.force.rail_low_code >= self.force.rail_high_code {

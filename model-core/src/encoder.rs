@@ -101,13 +101,13 @@ impl Encoder {
     fn follow_direction(&mut self) {
         let ahead = self.position.wrapping_sub(self.extreme);
         if self.direction == 0 {
-            if ahead.abs() > DITHER_COUNTS {
+            if ahead.wrapping_abs() > DITHER_COUNTS {
                 self.direction = ahead.signum();
                 self.extreme = self.position;
             }
         } else if ahead.wrapping_mul(self.direction) >= 0 {
             self.extreme = self.position;
-        } else if ahead.abs() > DITHER_COUNTS {
+        } else if ahead.wrapping_abs() > DITHER_COUNTS {
             self.turned_at = self.extreme;
             self.direction = -self.direction;
             self.extreme = self.position;

@@ -13,6 +13,7 @@
 //! * [`contact`], [`friction`], [`exact`]: the model of the paper, whole, in f64, for the desk
 //! * [`reduced`]: the closed form that the block runs, its constants derived from the exact model by code
 //! * [`fixed`]: the same closed form in integers
+//! * [`params`]: what a person or a calibration sets
 //! * [`monitor`]: counts in, [`Estimate`](sample::Estimate) out, one pure step a block
 //!
 //! Numbers of the on-board path are plain f32 arithmetic (see [`num`]): x86-64, the emulators and the
@@ -28,6 +29,7 @@ pub mod fixed;
 pub mod friction;
 pub mod monitor;
 pub mod num;
+pub mod params;
 pub mod quantity;
 pub mod reduced;
 pub mod reference;

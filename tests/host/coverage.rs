@@ -8,7 +8,8 @@
 use host_tools::rig::front_end::{ChannelNoise, FrontEnd};
 use host_tools::rig::noise::Noise;
 use model_core::exact::Exact;
-use model_core::monitor::{Params, State};
+use model_core::monitor::State;
+use model_core::params::Params;
 use model_core::reference::zhou_2023::{FRICTION, GUIDE_PRODUCTION, OIL};
 use model_core::sample::{Measured, RawBlock};
 use system_tests::image::BENCH;

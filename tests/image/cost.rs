@@ -3,7 +3,7 @@
 
 use can_wire::parameters::ADDRESS;
 use model_core::fixed;
-use model_core::monitor::Params;
+use model_core::params::Params;
 use model_core::reduced::Reduced;
 use on_target::{Point, SLIP, points, relative, rivals};
 use system_tests::axis::{Feed, readings};

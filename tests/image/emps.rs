@@ -10,7 +10,7 @@ use host_tools::recording::axis;
 use host_tools::rig::Rig;
 use host_tools::rig::front_end::{ChannelNoise, FrontEnd};
 use host_tools::rig::track::Track;
-use model_core::monitor::Params;
+use model_core::params::Params;
 use model_core::sample::{Motion, Reason};
 use system_tests::axis::{Feed, SAMPLE_S, Sample};
 use system_tests::image::{BENCH, CHIPS, firmware, record};

@@ -106,7 +106,7 @@ fn a_damaged_record_is_no_record() {
 
 #[test]
 fn publishes_a_hundred_times_a_second_when_asked() {
-    let params = model_core::monitor::Params { publish_every_blocks: 1, ..BENCH };
+    let params = model_core::params::Params { publish_every_blocks: 1, ..BENCH };
     let feed = Feed::new(readings(&params, 2.0, 3000.0, 30.0, |t| 0.05 * t));
     let elf = firmware(Chip::Stm32f405);
     let (outcome, _) = VirtualBoard::new(Chip::Stm32f405, &elf)

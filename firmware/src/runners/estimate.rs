@@ -99,7 +99,7 @@ mod tests {
     use can_wire::{Message, NodeId, decode};
     use embassy_sync::blocking_mutex::raw::NoopRawMutex;
     use embassy_sync::channel::Channel;
-    use model_core::monitor::Params;
+    use model_core::params::Params;
     use model_core::sample::{Reason, SAMPLES_PER_BLOCK};
 
     use super::*;

@@ -149,7 +149,8 @@ fn say(report: &Report, dropped: u32) {
 mod tests {
     use can_wire::{BoardKind, Message, NodeId, RawFrame, ResetCause, decode};
     use embassy_sync::blocking_mutex::raw::NoopRawMutex;
-    use model_core::monitor::{Monitor, Params};
+    use model_core::monitor::Monitor;
+    use model_core::params::Params;
     use model_core::sample::{Estimate, Reason};
 
     use super::*;

@@ -11,7 +11,8 @@ pub mod rivals;
 
 use core::fmt::{Result, Write};
 use model_core::fixed::{self, Newtons, ViscousSpeed};
-use model_core::monitor::{Params, State};
+use model_core::monitor::State;
+use model_core::params::Params;
 use model_core::reduced::{DragLaw, Reduced};
 use model_core::reference::zhou_2023::{FRICTION, GUIDE, GUIDE_CARRIAGE_SPEED};
 use model_core::sample::{Estimate, Measured, RawBlock};
