@@ -41,6 +41,9 @@ pub(super) struct Live {
     output: io::Result<()>,
 }
 
+/// Changes of reason in one silence that are told one by one; more are told as a set.
+const TOLD_IN_ORDER: usize = 6;
+
 /// Since when the block has been silent, and what it said meanwhile.
 #[derive(Default)]
 struct Pause {
@@ -50,8 +53,14 @@ struct Pause {
 
 impl Pause {
     fn describe(&self, since_s: f64, until_s: f64) -> String {
-        let names: Vec<_> = self.reasons.iter().map(|reason| reason.name()).collect();
-        format!("{since_s:>14.3}        no preload for {:.1} s: {}", until_s - since_s, names.join(", "))
+        let mut names: Vec<_> = self.reasons.iter().map(|reason| reason.name()).collect();
+        let mut order = String::new();
+        if names.len() > TOLD_IN_ORDER {
+            order = format!(", in {} turns", names.len());
+            names.sort_unstable();
+            names.dedup();
+        }
+        format!("{since_s:>14.3}        no preload for {:.1} s: {}{order}", until_s - since_s, names.join(", "))
     }
 }
 
