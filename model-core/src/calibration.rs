@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::num;
-use crate::quantity::check;
+use crate::quantity::check_f32;
 
 /// Largest code of the converters.
 pub const CODE_MAX: u16 = 4095;
@@ -107,14 +107,14 @@ impl Calibration {
     /// # Errors
     /// The first field that is not finite or out of range, by name; a scale of zero is out of range.
     pub fn check(&self) -> Result<(), Error> {
-        check("zero_code", f64::from(self.force.zero_code))?;
-        check("newtons_per_code", f64::from(self.force.newtons_per_code))?;
-        check("rail_low_code", f64::from(self.force.rail_low_code))?;
-        check("rail_high_code", f64::from(self.force.rail_high_code))?;
-        check("thermistor_ohm", f64::from(self.thermistor.nominal_ohm))?;
-        check("thermistor_ohm", f64::from(self.thermistor.series_ohm))?;
-        check("thermistor_beta_k", f64::from(self.thermistor.beta_k))?;
-        check("metres_per_count", f64::from(self.metres_per_count))?;
+        check_f32("zero_code", self.force.zero_code)?;
+        check_f32("newtons_per_code", self.force.newtons_per_code)?;
+        check_f32("rail_low_code", f32::from(self.force.rail_low_code))?;
+        check_f32("rail_high_code", f32::from(self.force.rail_high_code))?;
+        check_f32("thermistor_ohm", self.thermistor.nominal_ohm)?;
+        check_f32("thermistor_ohm", self.thermistor.series_ohm)?;
+        check_f32("thermistor_beta_k", self.thermistor.beta_k)?;
+        check_f32("metres_per_count", self.metres_per_count)?;
         if self.force.newtons_per_code == 0.0 {
             return Err(Error::OutOfRange("newtons_per_code"));
         }

@@ -229,13 +229,10 @@ impl Monitor {
 
     fn motion(&self, state: &State, view: &View, speed: Measured) -> Motion {
         let counts = view.counts();
-        let turned = view.quarters.iter().any(|q| q.signum() == -counts.signum() && q.abs() > ROUNDING_COUNTS);
+        let turned =
+            view.quarters.iter().any(|q| *q > ROUNDING_COUNTS) && view.quarters.iter().any(|q| *q < -ROUNDING_COUNTS);
         if counts.abs() < STANDSTILL_COUNTS && !turned {
-            return if view.spread() > ROUNDING_COUNTS + STANDSTILL_COUNTS {
-                Motion::Accelerating
-            } else {
-                Motion::Rest
-            };
+            return Motion::Rest;
         }
         // part of the window may lie before the last reversal, or within the presliding zone behind it
         if turned || state.encoder.since_reversal() < self.guard_counts.saturating_add(counts.abs()) {
@@ -327,7 +324,7 @@ const _: () = {
 mod tests {
     use super::*;
     use crate::calibration::CODE_MAX;
-    use crate::params::Seals;
+    use crate::params::{Seals, Uncertainty};
     use crate::reduced::DragLaw;
 
     /// An ideal axis: constant preload and temperature, a position over time, sensors with dither only.
@@ -492,6 +489,108 @@ mod tests {
         silent(&e, Reason::SamplesLost);
         assert_eq!(axis.state.lost_blocks(), 7);
         assert!(axis.run(30, steady).reasons.is_empty());
+    }
+
+    #[test]
+    fn nothing_survives_a_gap() {
+        let mut axis = Axis::new(Params { publish_every_blocks: 1, ..CALIBRATED });
+        // far enough for the ripple to be learnt
+        axis.run(500, |t| 0.05 * t);
+        assert!(axis.state.ripple().is_some());
+        axis.tick += 7;
+        silent(&axis.run(31, |t| 0.05 * t), Reason::SamplesLost);
+        assert_eq!(axis.state.ripple(), None);
+        // the first whole window after it is not trusted yet: a reversal may have passed unseen
+        silent(&axis.run(1, |t| 0.05 * t), Reason::Reversing);
+        let e = axis.run(3, |t| 0.05 * t);
+        assert_eq!((e.motion, e.reasons), (Motion::Forward, Reasons::NONE));
+    }
+
+    #[test]
+    fn a_reversal_forgets_the_ripple() {
+        let mut axis = Axis::new(CALIBRATED);
+        let path = |t: f64| if t < 5.0 { 0.05 * t } else { 0.5 - 0.05 * t };
+        axis.run(500, path);
+        assert!(axis.state.ripple().is_some());
+        axis.run(10, path);
+        assert_eq!(axis.state.ripple(), None);
+    }
+
+    #[test]
+    fn a_heavy_axis_must_run_steadier_than_a_light_one() {
+        // 9 mm/s²: within the spread of speed that is allowed, 0.9 N on 95 kg, 0.02 N on 2 kg
+        let path = |t: f64| 0.05 * t + 0.0045 * t * t;
+        assert!(Axis::new(CALIBRATED).run(60, path).reasons.is_empty());
+        silent(&Axis::new(Params { moved_mass_kg: 95.0, ..CALIBRATED }).run(60, path), Reason::Accelerating);
+    }
+
+    #[test]
+    fn shaking_on_the_spot_is_reversing() {
+        let mut axis = Axis::new(CALIBRATED);
+        silent(&axis.run(64, |t| 2e-4 * libm::sin(core::f64::consts::TAU * t / 0.32)), Reason::Reversing);
+    }
+
+    #[test]
+    fn cold_oil_is_told_at_standstill_and_heavy_preload_in_motion() {
+        let mut axis = Axis::new(CALIBRATED);
+        axis.fault = |b| b.temperature = [3200; 16];
+        let e = axis.run(60, |_| 0.1);
+        silent(&e, Reason::TemperatureOutOfRange);
+        silent(&e, Reason::NoMotion);
+        silent(&Axis { preload_n: 8500.0, ..Axis::new(CALIBRATED) }.run(60, |t| 0.05 * t), Reason::LoadOutOfRange);
+    }
+
+    /// Each part of σ alone, against what the law makes of such a deviation.
+    #[test]
+    fn every_part_of_sigma_is_what_the_deviation_does() {
+        const NONE: Uncertainty = Uncertainty {
+            force_offset_n: 0.0,
+            force_gain: 0.0,
+            seals_n: 0.0,
+            friction: 0.0,
+            viscosity: 0.0,
+            temperature_k: 0.0,
+            ball_pass_ripple: 0.0,
+        };
+        // slow: a window far shorter than a ball pass sees all of the ripple
+        const SPEED: f32 = 0.002;
+        let law = CALIBRATED.law;
+        let nu = |degc: f32| CALIBRATED.viscosity.at(degc).expect("inside").cst;
+        let drag = Axis::new(CALIBRATED).drag(SPEED);
+        let preload = |force: f32, nu: f32| law.preload(force, nu * SPEED).expect("inside");
+        let sigma = |uncertainty: Uncertainty| {
+            let e = Axis::new(Params { uncertainty, ..CALIBRATED }).run(100, |t| f64::from(SPEED) * t);
+            e.preload_n.expect("trusted").sigma
+        };
+        let noise = sigma(NONE);
+        for (uncertainty, force, viscosity) in [
+            (Uncertainty { force_offset_n: 0.5, ..NONE }, 0.5, 1.0),
+            (Uncertainty { force_gain: 0.02, ..NONE }, 0.02 * drag, 1.0),
+            (Uncertainty { seals_n: 0.5, ..NONE }, 0.5, 1.0),
+            (Uncertainty { friction: 0.02, ..NONE }, 0.02 * drag, 1.0),
+            (Uncertainty { ball_pass_ripple: 0.02, ..NONE }, 0.02 * drag, 1.0),
+            (Uncertainty { viscosity: 0.4, ..NONE }, 0.0, 1.4),
+            (Uncertainty { temperature_k: 3.0, ..NONE }, 0.0, nu(27.0) / nu(30.0)),
+        ] {
+            let shift = (preload(drag + force, nu(30.0) * viscosity) - preload(drag, nu(30.0))).abs();
+            let got = sigma(uncertainty);
+            let alone = num::sqrt(got * got - noise * noise);
+            // first order against a finite deviation, viscosity's being the largest
+            assert!((alone / shift - 1.0).abs() < 0.2, "{uncertainty:?}: {alone} N for {shift} N");
+        }
+        // the speed's own scatter: a scale of a millimetre a count, where the film matters more
+        let params = Params { uncertainty: NONE, ..CALIBRATED };
+        let told = |params: Params| Axis::new(params).run(100, |t| 0.05 * t);
+        let fine = told(params).preload_n.expect("trusted").sigma;
+        let mut coarse = params;
+        coarse.calibration.metres_per_count = 1e-3;
+        let (e, drag) = (told(coarse), Axis::new(params).drag(0.05));
+        let speed = e.speed_m_s.expect("moving");
+        let at = |v: f32| law.preload(drag, nu(30.0) * v).expect("inside");
+        let shift = (at(speed.value + speed.sigma) - at(speed.value)).abs();
+        let got = e.preload_n.expect("trusted").sigma;
+        let alone = num::sqrt(got * got - fine * fine);
+        assert!((alone / shift - 1.0).abs() < 0.2, "{alone} N for {shift} N");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::calibration::Calibration;
-use crate::quantity::check;
+use crate::quantity::check_f32;
 use crate::reduced::Reduced;
 use crate::reference::zhou_2023;
 use crate::viscosity::ViscosityCubic;
@@ -149,17 +149,17 @@ impl Params {
                 return Err(Error::NonFinite("viscosity"));
             }
         }
-        check("temperature_degc", f64::from(self.viscosity.from_degc))?;
-        check("temperature_degc", f64::from(self.viscosity.to_degc))?;
+        check_f32("temperature_degc", self.viscosity.from_degc)?;
+        check_f32("temperature_degc", self.viscosity.to_degc)?;
         if !(self.viscosity_number_per_cst > 0.0 && self.viscosity_number_per_cst.is_finite()) {
             return Err(Error::OutOfRange("viscosity_number_per_cst"));
         }
-        check("seal_drag_n", f64::from(self.seals.coulomb_n))?;
-        check("seal_viscous_n_s_m", f64::from(self.seals.viscous_n_s_m))?;
-        check("speed_m_s", f64::from(self.range.speed_from_m_s))?;
-        check("speed_m_s", f64::from(self.range.speed_to_m_s))?;
-        check("preload_n", f64::from(self.range.preload_from_n))?;
-        check("preload_n", f64::from(self.range.preload_to_n))?;
+        check_f32("seal_drag_n", self.seals.coulomb_n)?;
+        check_f32("seal_viscous_n_s_m", self.seals.viscous_n_s_m)?;
+        check_f32("speed_m_s", self.range.speed_from_m_s)?;
+        check_f32("speed_m_s", self.range.speed_to_m_s)?;
+        check_f32("preload_n", self.range.preload_from_n)?;
+        check_f32("preload_n", self.range.preload_to_n)?;
         // an empty range would silence the block for ever
         for (name, from, to) in [
             ("temperature_degc", self.viscosity.from_degc, self.viscosity.to_degc),
@@ -171,18 +171,18 @@ impl Params {
             }
         }
         let u = &self.uncertainty;
-        check("force_sigma_n", f64::from(u.force_offset_n))?;
-        check("relative_sigma", f64::from(u.force_gain))?;
-        check("force_sigma_n", f64::from(u.seals_n))?;
-        check("relative_sigma", f64::from(u.friction))?;
-        check("relative_sigma", f64::from(u.viscosity))?;
-        check("temperature_sigma_k", f64::from(u.temperature_k))?;
-        check("relative_sigma", f64::from(u.ball_pass_ripple))?;
-        check("moved_mass_kg", f64::from(self.moved_mass_kg))?;
-        check("braking_limit_m_s2", f64::from(self.braking_limit_m_s2))?;
-        check("presliding_guard_m", f64::from(self.presliding_guard_m))?;
-        check("ball_pass_wavelength_m", f64::from(self.ball_pass_wavelength_m))?;
-        check("publish_every_blocks", f64::from(self.publish_every_blocks))?;
+        check_f32("force_sigma_n", u.force_offset_n)?;
+        check_f32("relative_sigma", u.force_gain)?;
+        check_f32("force_sigma_n", u.seals_n)?;
+        check_f32("relative_sigma", u.friction)?;
+        check_f32("relative_sigma", u.viscosity)?;
+        check_f32("temperature_sigma_k", u.temperature_k)?;
+        check_f32("relative_sigma", u.ball_pass_ripple)?;
+        check_f32("moved_mass_kg", self.moved_mass_kg)?;
+        check_f32("braking_limit_m_s2", self.braking_limit_m_s2)?;
+        check_f32("presliding_guard_m", self.presliding_guard_m)?;
+        check_f32("ball_pass_wavelength_m", self.ball_pass_wavelength_m)?;
+        check_f32("publish_every_blocks", f32::from(self.publish_every_blocks))?;
         Ok(())
     }
 }

@@ -76,6 +76,18 @@ pub fn check(name: &'static str, value: f64) -> Result<(), Error> {
     }
 }
 
+/// [`check`] for a value kept in f32: a limit rounded to f32 is still legal.
+///
+/// # Errors
+/// As [`check`].
+pub fn check_f32(name: &'static str, value: f32) -> Result<(), Error> {
+    match range(name) {
+        Some(r) if value >= r.min as f32 && value <= r.max as f32 => Ok(()),
+        _ if value.is_finite() => Err(Error::OutOfRange(name)),
+        _ => Err(Error::NonFinite(name)),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -94,5 +106,9 @@ mod tests {
         assert_eq!(check("conformity", 0.5), Err(Error::OutOfRange("conformity")));
         assert_eq!(check("conformity", f64::NAN), Err(Error::NonFinite("conformity")));
         assert_eq!(check("no such thing", 1.0), Err(Error::OutOfRange("no such thing")));
+        // 0.1 as f32 is a little more than 0.1
+        assert_eq!(check_f32("presliding_guard_m", 0.1), Ok(()));
+        assert_eq!(check_f32("presliding_guard_m", 0.100_001), Err(Error::OutOfRange("presliding_guard_m")));
+        assert_eq!(check_f32("presliding_guard_m", f32::NAN), Err(Error::NonFinite("presliding_guard_m")));
     }
 }
