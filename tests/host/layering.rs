@@ -4,14 +4,30 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Every workspace crate and which workspace crates it may know.
-const LAYERS: [(&str, &[&str]); 7] = [
+const LAYERS: [(&str, &[&str]); 10] = [
     ("model-core", &[]),
     ("can-wire", &["model-core"]),
     ("firmware", &["model-core", "can-wire"]),
+    ("simulation", &["model-core"]),
+    ("calibration", &["model-core", "simulation"]),
+    ("diagnosis", &["model-core", "simulation"]),
     ("host-tools/virtual-board", &[]),
-    ("host-tools", &["model-core", "can-wire", "virtual-board"]),
+    ("host-tools", &["model-core", "can-wire", "simulation", "calibration", "diagnosis", "virtual-board"]),
     ("tests/on-target", &["model-core"]),
-    ("tests", &["model-core", "can-wire", "host-tools", "virtual-board", "on-target", "firmware"]),
+    (
+        "tests",
+        &[
+            "model-core",
+            "can-wire",
+            "simulation",
+            "calibration",
+            "diagnosis",
+            "host-tools",
+            "virtual-board",
+            "on-target",
+            "firmware",
+        ],
+    ),
 ];
 
 /// All that model-core may take from outside: mathematics, and derives that are off by default.

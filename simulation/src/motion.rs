@@ -1,0 +1,204 @@
+//! Position, velocity and acceleration of every row of a run, from whatever was measured.
+//!
+//! Derivatives are those of the parabola fitted to the rows around (Savitzky and Golay 1964), never across the border
+//! of a part. The window is as short as the noise of the encoder allows: noise in velocity falls with the 1.5th power
+//! of its length, and what happens within it is lost.
+
+use std::ops::Range;
+
+use crate::run::Run;
+
+/// Noise in a derived velocity that is accepted, of the run's RMS velocity.
+const VELOCITY_NOISE: f64 = 2e-3;
+
+/// Longest window, rows to either side.
+const MAX_REACH: usize = 50;
+
+/// Motion of every row. All columns have the run's length.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    /// Position, m; integrated from the velocity, from 0 at the first row of the run, where it was not measured.
+    pub position_m: Vec<f64>,
+    /// Velocity, m/s.
+    pub velocity_m_s: Vec<f64>,
+    /// Acceleration, m/s²: as measured, else derived.
+    pub acceleration_m_s2: Vec<f64>,
+    /// Rows to either side of a row that its derivatives come from.
+    pub reach: usize,
+    /// Whether the position was measured.
+    pub has_position: bool,
+}
+
+impl Motion {
+    /// Derives what the run lacks.
+    pub fn of(run: &Run) -> Self {
+        let parts: Vec<Range<usize>> = run.parts.iter().map(|part| part.rows.clone()).collect();
+        let step_s = run.step_s();
+        let (reach, velocity_m_s) = match (&run.velocity_m_s, &run.position_m) {
+            (Some(velocity), _) => (reach(velocity, &parts, 0.02 * rms(velocity)), velocity.clone()),
+            (None, Some(position)) => {
+                // the rough velocity that the limit of its noise is taken from
+                let rough = rms(&slope(&run.time_s, position, &parts, 5));
+                let reach = reach(position, &parts, VELOCITY_NOISE * rough * step_s);
+                (reach, slope(&run.time_s, position, &parts, reach))
+            }
+            (None, None) => (1, vec![0.0; run.len()]),
+        };
+        let position_m = match &run.position_m {
+            Some(position) => position.clone(),
+            None => integral(&run.time_s, &velocity_m_s, &parts),
+        };
+        let acceleration_m_s2 = match (&run.acceleration_m_s2, &run.velocity_m_s) {
+            (Some(measured), _) if measured.iter().all(|a| a.is_finite()) => measured.clone(),
+            (_, Some(velocity)) => slope(&run.time_s, velocity, &parts, reach),
+            (_, None) => bend(&run.time_s, &position_m, &parts, reach),
+        };
+        Motion { position_m, velocity_m_s, acceleration_m_s2, reach, has_position: run.position_m.is_some() }
+    }
+}
+
+/// Rows to either side so that the slope of `column` per row is known to `noise`:
+/// a slope fitted to N rows has the standard deviation `σ sqrt(12/N³)`.
+fn reach(column: &[f64], parts: &[Range<usize>], noise: f64) -> usize {
+    // third differences of a smooth motion vanish; those of white noise have 20 times its variance
+    let (mut sum, mut count) = (0.0, 0usize);
+    for rows in parts {
+        for w in column[rows.clone()].windows(4) {
+            let d = w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0];
+            sum += d * d;
+            count += 1;
+        }
+    }
+    let sigma = if count == 0 { 0.0 } else { (sum / (20.0 * count as f64)).sqrt() };
+    let rows = if noise > 0.0 { (12.0 * (sigma / noise) * (sigma / noise)).cbrt() } else { 0.0 };
+    ((0.5 * rows).ceil() as usize).clamp(2, MAX_REACH)
+}
+
+fn rms(column: &[f64]) -> f64 {
+    (column.iter().map(|x| x * x).sum::<f64>() / column.len().max(1) as f64).sqrt()
+}
+
+/// First derivative of the parabola through the rows around.
+fn slope(time: &[f64], column: &[f64], parts: &[Range<usize>], reach: usize) -> Vec<f64> {
+    local(time, column, parts, reach, |[_, b, _]| b)
+}
+
+/// Second derivative.
+fn bend(time: &[f64], column: &[f64], parts: &[Range<usize>], reach: usize) -> Vec<f64> {
+    local(time, column, parts, reach, |[_, _, c]| 2.0 * c)
+}
+
+/// Fits `a + b τ + c τ²` around every row, τ the time from it, and keeps what `of` asks for. Near the border of a part
+/// the window shrinks on the far side only as far as it must.
+fn local(time: &[f64], column: &[f64], parts: &[Range<usize>], reach: usize, of: impl Fn([f64; 3]) -> f64) -> Vec<f64> {
+    let mut out = vec![0.0; column.len()];
+    for rows in parts {
+        for n in rows.clone() {
+            let from = n.saturating_sub(reach).max(rows.start);
+            let to = (n + reach + 1).min(rows.end);
+            let (t0, x0) = (time[n], column[n]);
+            // moments of τ and of the column, both counted from the row itself: no cancellation
+            let (mut s, mut m) = ([0.0; 5], [0.0; 3]);
+            for k in from..to {
+                let (t, x) = (time[k] - t0, column[k] - x0);
+                let t2 = t * t;
+                for (sum, power) in s.iter_mut().zip([1.0, t, t2, t2 * t, t2 * t2]) {
+                    *sum += power;
+                }
+                for (sum, power) in m.iter_mut().zip([1.0, t, t2]) {
+                    *sum += power * x;
+                }
+            }
+            out[n] = of(parabola(s, m));
+        }
+    }
+    out
+}
+
+/// Solves the normal equations of the parabola; a straight line, or nothing, where the rows do not allow more.
+fn parabola(s: [f64; 5], m: [f64; 3]) -> [f64; 3] {
+    let minor = |a: f64, b: f64, c: f64, d: f64| a * d - b * c;
+    let (c00, c01, c02) = (minor(s[2], s[3], s[3], s[4]), minor(s[1], s[3], s[2], s[4]), minor(s[1], s[2], s[2], s[3]));
+    let determinant = s[0] * c00 - s[1] * c01 + s[2] * c02;
+    if determinant > 1e-12 * s[0] * s[2] * s[4] {
+        let c11 = minor(s[0], s[2], s[2], s[4]);
+        let c12 = minor(s[0], s[1], s[2], s[3]);
+        let c22 = minor(s[0], s[1], s[1], s[2]);
+        return [
+            (c00 * m[0] - c01 * m[1] + c02 * m[2]) / determinant,
+            (-c01 * m[0] + c11 * m[1] - c12 * m[2]) / determinant,
+            (c02 * m[0] - c12 * m[1] + c22 * m[2]) / determinant,
+        ];
+    }
+    let line = minor(s[0], s[1], s[1], s[2]);
+    if line > 0.0 { [0.0, (s[0] * m[1] - s[1] * m[0]) / line, 0.0] } else { [0.0; 3] }
+}
+
+/// Trapezoidal integral; goes on across the borders of parts without a step.
+fn integral(time: &[f64], column: &[f64], parts: &[Range<usize>]) -> Vec<f64> {
+    let mut out = vec![0.0; column.len()];
+    let mut sum = 0.0;
+    for rows in parts {
+        for n in rows.clone() {
+            if n > rows.start {
+                sum += 0.5 * (column[n] + column[n - 1]) * (time[n] - time[n - 1]);
+            }
+            out[n] = sum;
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::{Break, Part};
+
+    fn run(position: impl Fn(f64) -> f64) -> Run {
+        let time_s: Vec<f64> = (0..2000).map(|n| f64::from(n) * 1e-3).collect();
+        Run {
+            position_m: Some(time_s.iter().map(|t| position(*t)).collect()),
+            drag_force_n: vec![0.0; 2000],
+            parts: vec![
+                Part { rows: 0..900, segment: None, starts: Break::Start },
+                Part { rows: 900..2000, segment: None, starts: Break::Segment },
+            ],
+            time_s,
+            ..Run::default()
+        }
+    }
+
+    #[test]
+    fn a_parabola_is_differentiated_exactly_up_to_its_ends() {
+        let motion = Motion::of(&run(|t| 0.3 + 0.2 * t - 0.05 * t * t));
+        for n in [0, 1, 450, 899, 900, 1999] {
+            let t = n as f64 * 1e-3;
+            assert!((motion.velocity_m_s[n] - (0.2 - 0.1 * t)).abs() < 1e-9, "{n}: {}", motion.velocity_m_s[n]);
+            assert!((motion.acceleration_m_s2[n] + 0.1).abs() < 1e-6, "{n}: {}", motion.acceleration_m_s2[n]);
+        }
+    }
+
+    #[test]
+    fn the_window_grows_with_the_encoder_s_step() {
+        let of = |step: f64| Motion::of(&run(|t| ((0.1 * (3.0 * t).sin()) / step).round() * step));
+        let (fine, coarse) = (of(1e-8), of(5e-6));
+        assert!(fine.reach < coarse.reach, "{} {}", fine.reach, coarse.reach);
+        for motion in [&fine, &coarse] {
+            let worst = (0..2000).map(|n| (motion.velocity_m_s[n] - 0.3 * (3e-3 * n as f64).cos()).abs());
+            assert!(worst.fold(0.0, f64::max) < 0.01);
+        }
+    }
+
+    #[test]
+    fn position_comes_back_from_velocity() {
+        let mut run = run(|_| 0.0);
+        run.velocity_m_s = Some(run.time_s.iter().map(|t| t.cos()).collect());
+        run.position_m = None;
+        let motion = Motion::of(&run);
+        // the step between the two parts is not travelled
+        assert!((motion.position_m[899] - 0.899f64.sin()).abs() < 1e-6);
+        assert_eq!(motion.position_m[900], motion.position_m[899]);
+        assert!((motion.acceleration_m_s2[500] + 0.5f64.sin()).abs() < 1e-4);
+        assert!(!motion.has_position);
+    }
+}
