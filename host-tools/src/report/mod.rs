@@ -1,8 +1,11 @@
 //! What comes out: text for terminals, CSV and JSON for programs, a picture and a page for people.
 
+pub mod chart;
 pub mod csv;
 pub mod html;
 pub mod json;
+pub mod page;
+pub mod scale;
 pub mod svg;
 pub mod table;
 
