@@ -22,7 +22,8 @@ pub struct Decoded {
 #[derive(Debug, Default)]
 pub struct Decoder {
     only: Option<NodeId>,
-    buses: BTreeMap<String, Bus>,
+    /// one or two in practice: looked through faster than sorted
+    buses: Vec<(String, Bus)>,
     line: u64,
     tally: Tally,
 }
@@ -69,10 +70,10 @@ impl Decoder {
         Decoder { only, ..Self::default() }
     }
 
-    /// Takes the next line of candump text.
-    pub fn line(&mut self, text: &str) -> Option<Decoded> {
+    /// Takes the next line of candump text. Bytes that are no text make it a line that is rejected.
+    pub fn line(&mut self, text: impl AsRef<[u8]>) -> Option<Decoded> {
         self.line += 1;
-        match candump::parse(text) {
+        match candump::parse(&String::from_utf8_lossy(text.as_ref())) {
             Ok(Line::Frame(frame)) => self.take(&frame),
             Ok(Line::Foreign) => {
                 self.tally.ignored += 1;
@@ -106,7 +107,7 @@ impl Decoder {
             }
         }
         let taken = can_wire::decode(frame.id, frame.data()).and_then(|(node, message)| {
-            let bus = self.buses.entry(frame.interface.to_owned()).or_default();
+            let bus = bus_of(&mut self.buses, frame.interface);
             bus.note_restart(node, &message);
             let missing = bus.alive.accept(frame.id, message.counter())?;
             Ok((Decoded { time: frame.time, node, message }, missing))
@@ -136,6 +137,15 @@ impl Decoder {
             rejected.lines.push(line);
         }
     }
+}
+
+/// The bus of an interface, a new one where it was not seen before.
+fn bus_of<'a>(buses: &'a mut Vec<(String, Bus)>, interface: &str) -> &'a mut Bus {
+    let at = buses.iter().position(|(name, _)| name == interface).unwrap_or_else(|| {
+        buses.push((interface.to_owned(), Bus::default()));
+        buses.len() - 1
+    });
+    &mut buses[at].1
 }
 
 impl Bus {
