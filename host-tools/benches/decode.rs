@@ -1,6 +1,7 @@
 //! Decoding candump text against python-can with cantools, on the same log in the same run.
 //!
 //! `cargo bench -p host-tools --bench decode`
+#![allow(clippy::expect_used, reason = "a bench that cannot run ends with the reason")]
 
 use std::fmt::Write as _;
 use std::path::Path;

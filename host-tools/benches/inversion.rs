@@ -2,6 +2,7 @@
 //! exact both are.
 //!
 //! `cargo bench -p host-tools --bench inversion`
+#![allow(clippy::expect_used, reason = "a bench that cannot run ends with the reason")]
 
 use std::hint::black_box;
 use std::path::Path;
