@@ -16,7 +16,7 @@ def development_set(seed, short):
         nonlocal n
         n += 1
         if effect == "coupling-backlash":  # the gap is crossed within milliseconds, so a real one (10 um) is strong while it lasts
-            more["strength"] = 4.0 + more.get("strength", 3.0)
+            more["strength"] = 8.0 + more.get("strength", 3.0)
         todo.append((_name(kind, effect, n), {"seed": seed * 1000 + n, "kind": kind, "effect": effect if more.pop("pass_effect", True) else None, "short": short} | more))
     every = [("single", i) for i in PHYSICS] + [("sensor", i) for i in SENSORS]
     for kind, i in every:

@@ -1,5 +1,4 @@
 """Effects of seals, oil and rolling on the steady friction, and of memory on its sign and size."""
-import builtins
 import numpy as np
 from scipy.signal import lfilter
 from .ballguide import walther
@@ -33,16 +32,29 @@ class ViscousDrag(Effect):
 
 
 class ViscosityTemperature(Effect):
-    """E3: Vogel oil whose temperature leads the block sensor; the simulation believes in one viscosity."""
-    id, name_k, first, limit, near = "viscosity-temperature", "vogel_scale", 1.0, 30.0, ("self-heating",)
+    """E3: Vogel oil whose temperature leads the block sensor; the simulation believes in one viscosity.
+
+    The oil is an ordinary one: the strength scales how far the machine warms (see `warm`), not the oil.
+    """
+    id, name_k, first, limit, near = "viscosity-temperature", "warming_scale", 1.0, 5.0, ("self-heating",)
 
     def draw(self, rng, world, design):
-        self.p = {"vogel_b_k": rng.uniform(800, 1000), "vogel_c_k": rng.uniform(100, 118), "reference_share": rng.uniform(0.0, 0.5)}
+        self.p = {"vogel_b_k": rng.uniform(800, 1000), "vogel_c_k": rng.uniform(100, 118), "reference_share": rng.uniform(0.3, 0.7)}
+
+    def _reference(self, c, w):
+        return w.gains.setdefault("_oil_reference", float(c.t_oil.min() + self.p["reference_share"] * np.ptp(c.t_oil)))
 
     def oil(self, c, w, k, nu, heat):
-        b, t0 = self.p["vogel_b_k"], self.p["vogel_c_k"]
-        ref = w.gains.setdefault("_oil_reference", float(c.t_oil.min() + self.p["reference_share"] * np.ptp(c.t_oil)))
-        return nu * np.exp(np.clip(k * b * (1 / (c.t_oil + t0) - 1 / (ref + t0)), -4, 4))
+        b, t0, ref = self.p["vogel_b_k"], self.p["vogel_c_k"], self._reference(c, w)
+        warm = ref + k * (c.t_oil - ref)
+        return nu * np.exp(np.clip(b * (1 / (warm + t0) - 1 / (ref + t0)), -4, 4))
+
+    def warm(self, c, w, k):
+        """Give the session the warming that k asked for; afterwards k is 1."""
+        ref = self._reference(c, w)
+        for name in ("t_oil", "t_block", "t_rail", "t_ambient"):
+            setattr(c, name, ref + k * (getattr(c, name) - ref))
+        return 1.0
 
 
 class SelfHeating(Effect):
@@ -147,8 +159,8 @@ class Starvation(Effect):
         return np.repeat(out, step, axis=1)[:, :c.v.shape[1]]
 
     def oil(self, c, w, k, nu, heat):
-        if getattr(self, "_of", None) != builtins.id(c):
-            self._of, self.phi = builtins.id(c), self._full(c)
+        if getattr(self, "_of", None) != c.seed:
+            self._of, self.phi = c.seed, self._full(c)
         return nu * (1 - k * (1 - self.phi))
 
     def mu(self, c, w, k, parts, h, q):
@@ -228,8 +240,8 @@ class Presliding(Effect):
         return out
 
     def friction(self, c, w, k, magnitude, force):
-        if getattr(self, "_of", None) != builtins.id(c):
-            self._of, self._z = builtins.id(c), self._state(c, w)
+        if getattr(self, "_of", None) != c.seed:
+            self._of, self._z = c.seed, self._state(c, w)
         return (1 - k) * force + k * magnitude * self._z
 
 
@@ -238,7 +250,7 @@ class FrictionalLag(Effect):
     id, unit, name_k, first, limit, near = "frictional-lag", "s", "lag_s", 0.03, 2.0, ("force-lowpass",)
 
     def draw(self, rng, world, design):
-        self.p = {"down_ratio": rng.uniform(0.8, 1.0)}
+        self.p = {"down_ratio": 1.0 if design.get("one_way") else rng.uniform(0.8, 1.0)}
 
     def friction(self, c, w, k, magnitude, force):
         up, down = 1 - np.exp(-1 / (k * c.fs)), 1 - np.exp(-1 / (k * self.p["down_ratio"] * c.fs))

@@ -61,11 +61,11 @@ def one_way(rng, n, fs, v0, modulated):
     return v0 * (1 + 0.8 * np.sin(2 * np.pi * rng.uniform(0.5, 4.0) * t + rng.uniform(0, 6)))
 
 
-def finish(rng, v, fs, jerk_time, ripple):
-    """Jerk limit and velocity ripple; returns velocity and acceleration."""
+def finish(rng, v, fs, jerk_time, ripple, inert=0.02):
+    """Jerk limit and velocity ripple, smoothed over `inert` s by the moved mass; returns velocity and acceleration."""
     v = _smooth(_smooth(v, fs, jerk_time), fs, 0.5 * jerk_time)
     band = lfilter([0.06], [1, -0.94], rng.standard_normal(len(v)))
     t = np.arange(len(v)) / fs
     tone = np.sin(2 * np.pi * rng.uniform(3, 12) * t + rng.uniform(0, 6))
-    v = v * (1 + ripple * (0.8 * _smooth(band, fs, 0.008) / band.std() + 0.5 * tone))
+    v = v * (1 + ripple * (0.8 * _smooth(_smooth(band, fs, inert), fs, inert) / band.std() + 0.5 * tone))
     return v, np.gradient(v, 1 / fs)

@@ -99,9 +99,9 @@ def difference(c, w, e, k, without):
     if type(e).channels is not Effect.channels:
         y, v = e.channels(c, w, k, c.rec(c.y), c.rec(c.v))
         rate = c.fs / c.keep
-        a = savgol_filter(y, 21, 3, deriv=2, delta=1 / rate, axis=1)
+        a, true_a = (savgol_filter(x, 21, 3, deriv=2, delta=1 / rate, axis=1) for x in (y, c.rec(c.y)))
         fast = np.abs(c.rec(c.v)) > 2e-3  # below that a coarse encoder stands still and the law has no value
-        return np.where(fast, stated_force(c, w, v, a) - stated_force(c, w, c.rec(c.v), c.rec(c.a)), 0.0)
+        return np.where(fast, stated_force(c, w, v, a) - stated_force(c, w, c.rec(c.v), true_a), 0.0)
     return c.rec(true_force(c, w, [(e, k)])) - without
 
 
@@ -132,18 +132,39 @@ def solve(c, w, e, percent):
     return k, s, d, base
 
 
-def absorbed(c, w, d):
-    """Share of the effect's energy that common gains on preload, friction, viscosity (or the axis constants) swallow."""
+def _tangents(c, w):
+    """Columns d force / d ln(gain) of the gains that the tolerance speaks of, over the moving samples, and their names."""
     base, cols = c.rec(true_force(c, w, [])), []
-    for name in (("preload", "friction", "viscosity") if w.law == "guide" else ("coulomb", "viscous", "mass")):
+    names = ("preload", "friction", "viscosity") if w.law == "guide" else ("coulomb", "viscous", "mass")
+    for name in names:
         keep = dict(w.gains)
         w.gains[name] = w.gains.get(name, 1.0) * 1.001
-        cols.append(((c.rec(true_force(c, w, [])) - base) * 1000).ravel())
+        cols.append((c.rec(true_force(c, w, [])) - base) * 1000)
         w.gains.clear()
         w.gains.update(keep)
-    m = (np.abs(c.rec(c.v)) > RATE_MOVING).ravel()
     if w.law == "axis":
-        cols.append(np.ones(m.size))
-    x, y = np.stack([q[m] for q in cols], 1), d.ravel()[m]
+        cols.append(np.ones_like(base))
+    return names, cols
+
+
+def absorbed(c, w, d, sigma, rho, tolerance):
+    """What calibration swallows of a difference d.
+
+    Returns the share of its energy that free gains on preload, friction, viscosity (axis: Coulomb, viscous, mass, offset)
+    take, and the size of the rest when the gains are held by their tolerance: z = RMS of whitened rest times sqrt(samples),
+    the score an ideal analyser that knew the shape could reach. Below about 4 nothing can be seen.
+    """
+    m = np.abs(c.rec(c.v)) > RATE_MOVING
+    names, cols = _tangents(c, w)
+    x, y = np.stack([q[m] for q in cols], 1), d[m]
     fit = x @ np.linalg.lstsq(x, y, rcond=None)[0]
-    return float(1 - np.sum((y - fit) ** 2) / max(np.sum(y**2), 1e-30))
+    share = float(1 - np.sum((y - fit) ** 2) / max(np.sum(y**2), 1e-30))
+
+    def white(a):
+        b = np.where(m, a, 0.0) / sigma[:, None]
+        return (b[:, 1:] - rho * b[:, :-1]).ravel() / np.sqrt(1 - rho * rho)
+    x, y = np.stack([white(q) for q in cols], 1), white(d)
+    tol = [max(tolerance.get(n, tolerance.get("friction", 0.03)), 1e-6) for n in names] + [1e3] * (x.shape[1] - len(names))
+    prior = np.diag(1 / np.array(tol) ** 2)
+    g = np.linalg.solve(x.T @ x + prior, x.T @ y)
+    return share, float(np.sqrt(np.sum((y - x @ g) ** 2) + g @ prior @ g))

@@ -112,7 +112,7 @@ class CouplingBacklash(Effect):
 
     def sensor(self, c, w, k, force):
         ramp = self.p["ramp_share"] * k
-        if w.law == "axis":  # inertia turns the force while the axis still moves: the gap counts from the change of sign
+        if w.law == "axis" or w.mass > 0:  # inertia turns the force while the axis still moves: the gap counts from the change of sign
             weight = np.empty(force.shape)
             for r, f in enumerate(force):
                 side = np.where(np.abs(f) > 1e-3, np.sign(f), 0)
@@ -133,13 +133,13 @@ class CouplingBacklash(Effect):
 
 
 class SpeedNoise(Effect):
-    """S9: a coarse encoder; the drive's velocity is the difference of neighbouring counts."""
+    """S9: a coarse encoder; the drive's velocity is the central difference of its counts."""
     id, unit, name_k, first, limit = "speed-noise", "m", "count_m", 1e-5, 5e-3
 
     def channels(self, c, w, k, y, v):
         y = np.floor(y / k) * k
         rate = c.fs / c.keep
-        return y, np.diff(y, axis=1, prepend=y[:, :1]) * rate
+        return y, np.gradient(y, axis=1) * rate
 
 
 class EncoderCyclicError(Effect):

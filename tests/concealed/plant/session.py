@@ -87,7 +87,7 @@ def make(rng, seed, world, d, runs, seconds, start=0.0):
         else:  # one-way
             v0 = np.exp(rng.uniform(np.log(lo), np.log(min(hi, 0.9 * stroke / seconds))))
             vv, y0 = motion.one_way(rng, n, fs, v0, kind == "one-way-modulated"), 0.05 * stroke
-        vv, aa = motion.finish(rng, vv, fs, d["jerk_time"], d["ripple"])
+        vv, aa = motion.finish(rng, vv, fs, d["jerk_time"], d["ripple"], d.get("inert", 0.02))
         kinds.append(kind)
         y.append(y0 + np.concatenate([[0.0], np.cumsum(0.5 * (vv[1:] + vv[:-1]))]) / fs)
         v.append(vv)
