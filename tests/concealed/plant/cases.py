@@ -269,7 +269,7 @@ def _record(rng, c, w, chosen, force, law, level, show, column_form, shift):
         if type(e).channels is not Effect.channels:
             y, v = e.channels(c, w, k, y, v)
     run = np.broadcast_to(np.arange(1, len(y) + 1)[:, None], y.shape)
-    rows = {"time_s": (c.rec(c.t), "%.4f"), "position_m": (y, "%.7f")}
+    rows = {"time_s": (c.rec(c.t), "%.4f"), "position_m": (y, "%.8f" if w.law == "axis" else "%.7f")}
     if show["velocity"]:
         rows["velocity_m_s"] = (v + 2e-6 * rng.standard_normal(v.shape), "%.6f")
     rows["drag_force_n"] = (reading, "%.5f")
