@@ -59,7 +59,8 @@ class ForceLowpass(Effect):
     id, unit, name_k, first, limit, near = "force-lowpass", "s", "time_constant_s", 0.01, 1.5, ("time-misalignment", "presliding")
 
     def draw(self, rng, world, design):
-        self.p = {"order": float(rng.integers(1, 3)), "second_share": rng.uniform(0.2, 0.45)}
+        order = float(rng.integers(1, 3))  # one direction only: first order, so that it really is a frictional lag
+        self.p = {"order": 1.0 if design.get("one_way") else order, "second_share": rng.uniform(0.2, 0.45)}
 
     def sensor(self, c, w, k, force):
         taus = [k] if self.p["order"] == 1 else [k * (1 - self.p["second_share"]), k * self.p["second_share"]]
