@@ -1,5 +1,6 @@
 //! One file a subcommand: parse arguments, call the library, print. And what all of them share.
 
+pub(crate) mod convert;
 pub(crate) mod dbc;
 pub(crate) mod decode;
 #[cfg(feature = "emulator")]

@@ -107,7 +107,7 @@ pub(super) fn choose(header: &Header, mappings: &[Mapping]) -> Result<Vec<Wanted
 
 /// Makes a run of columns.
 pub(super) fn assemble(file: &str, wanted: &[Wanted], numbers: Numbers) -> Result<(Run, Losses), Unusable> {
-    let Numbers { columns, places, mut losses } = numbers;
+    let Numbers { columns, places, mut losses, .. } = numbers;
     let mut rows = Rows { columns: wanted.iter().map(|wanted| &*wanted.name).zip(columns).collect(), places };
     let mut found = Losses::default();
     rows.complete_motion(&mut found);

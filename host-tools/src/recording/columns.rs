@@ -33,6 +33,11 @@ pub(super) struct Wanted {
 }
 
 impl Wanted {
+    /// A column as it stands in the file.
+    pub(super) fn plain(name: String, place: usize, need: Need) -> Self {
+        Wanted { told: name.clone(), name, place, scale: 1.0, offset: 0.0, need, whole: false }
+    }
+
     /// The value for a cell; nothing changes where nothing is mapped, not even the last bit.
     #[inline]
     pub(super) fn value(&self, cell: f64) -> f64 {
@@ -100,16 +105,7 @@ impl Header {
     /// [`Unusable`] when a mapping names a column that is not there, or a name stands twice.
     pub(super) fn wanted(&self, name: &str, need: Need, mappings: &[Mapping]) -> Result<Option<Wanted>, Unusable> {
         let Some(mapping) = mappings.iter().find(|mapping| mapping.name == name) else {
-            let wanted = |place| Wanted {
-                name: name.to_owned(),
-                place,
-                scale: 1.0,
-                offset: 0.0,
-                need,
-                whole: false,
-                told: name.to_owned(),
-            };
-            return Ok(self.find(name)?.map(wanted));
+            return Ok(self.find(name)?.map(|place| Wanted::plain(name.to_owned(), place, need)));
         };
         let column = &mapping.column;
         let place = self.find(column)?;
@@ -144,13 +140,20 @@ impl Header {
 /// # Errors
 /// [`Unusable::UnknownName`] and [`Unusable::MappedTwice`].
 pub(super) fn check_mappings(mappings: &[Mapping], known: &[&str]) -> Result<(), Unusable> {
+    match mappings.iter().find(|mapping| !known.contains(&&*mapping.name)) {
+        Some(unknown) => Err(Unusable::UnknownName { column: unknown.name.clone(), known: known.join(", ") }),
+        None => check_once(mappings),
+    }
+}
+
+/// Mappings that each give another column.
+///
+/// # Errors
+/// [`Unusable::MappedTwice`].
+pub(super) fn check_once(mappings: &[Mapping]) -> Result<(), Unusable> {
     for (n, mapping) in mappings.iter().enumerate() {
-        let column = mapping.name.clone();
-        if !known.contains(&&*mapping.name) {
-            return Err(Unusable::UnknownName { column, known: known.join(", ") });
-        }
         if mappings[..n].iter().any(|before| before.name == mapping.name) {
-            return Err(Unusable::MappedTwice { column });
+            return Err(Unusable::MappedTwice { column: mapping.name.clone() });
         }
     }
     Ok(())
@@ -165,6 +168,8 @@ pub(super) struct Numbers {
     pub(super) places: Places,
     /// What could not be used.
     pub(super) losses: Losses,
+    /// For every column, how many cells of used rows were spoilt and count as not measured.
+    pub(super) spoilt: Vec<u64>,
 }
 
 /// Where rows stood in a file: row and line rise together except where a line was left out, and only those are kept.
@@ -195,6 +200,11 @@ impl Places {
             self.next.0 += end - row - 1;
             self.next.1 += (end - row - 1) as u64;
         }
+    }
+
+    /// So many rows of a table without lines.
+    pub(super) fn rows(rows: usize) -> Self {
+        Places { steps: vec![(0, 1)], next: (rows, rows as u64 + 1), are_rows: true }
     }
 
     /// The places of some of the rows.

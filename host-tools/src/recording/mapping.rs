@@ -108,11 +108,6 @@ impl Selection {
                 std::str::from_utf8(cell).is_ok_and(|cell| cell.parse::<f64>().is_ok_and(|number| number == wanted))
             })
     }
-
-    /// Whether a number is the wanted one.
-    pub(super) fn takes_number(&self, number: f64) -> bool {
-        self.number == Some(number)
-    }
 }
 
 impl FromStr for Selection {
@@ -181,6 +176,6 @@ mod tests {
         assert!([b"1".as_slice(), b" 1.0", b"1e0"].iter().all(|cell| one.takes(cell)));
         assert!([b"2".as_slice(), b"", b"one"].iter().all(|cell| !one.takes(cell)));
         let run: Selection = "run=n200".parse().expect("sound");
-        assert!(run.takes(b"n200") && !run.takes(b"n20") && !run.takes_number(200.0));
+        assert!(run.takes(b"n200") && !run.takes(b"n20"));
     }
 }

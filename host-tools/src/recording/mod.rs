@@ -4,6 +4,7 @@
 //! ```text
 //! file or pipe -> text (CSV) or parquet -> columns asked for -> axis: checks, parts -> simulation::run::Run
 //!                                                            -> table
+//!                                 -> all columns: whole -> write: CSV, Parquet
 //! ```
 //!
 //! All readers follow one rule: what cannot be used is named with line and column, left out and counted;
@@ -14,11 +15,14 @@ mod columns;
 mod dialect;
 mod losses;
 mod mapping;
+mod parquet;
 pub mod raw;
 pub mod table;
 mod text;
 mod units;
 mod unusable;
+pub mod whole;
+mod write;
 
 use std::fs::File;
 use std::io::{Read, stdin};
@@ -30,6 +34,7 @@ use columns::{Header, Numbers, Wanted};
 pub use losses::{Cost, Fault, Losses, Place, Problem};
 pub use mapping::{Mapping, MappingError, Selection};
 pub use unusable::Unusable;
+pub use write::{Cells, Column, Kind, write, write_csv};
 
 /// Called now and then while a file is read, from any thread, with the bytes that are done and all bytes.
 pub type Progress<'a> = &'a (dyn Fn(u64, u64) + Sync);
@@ -83,5 +88,11 @@ fn numbers(
     selections: &[Selection],
     progress: Progress,
 ) -> Result<(Vec<Wanted>, Numbers), Unusable> {
+    if bytes.starts_with(parquet::MAGIC) {
+        let table = parquet::Table::new(file, bytes)?;
+        let wanted = choose(table.header())?;
+        let numbers = table.numbers(&wanted, selections, progress)?;
+        return Ok((wanted, numbers));
+    }
     text::read(file, bytes, choose, selections, progress)
 }

@@ -5,6 +5,7 @@
 //! is looked at again by the slow path, which knows what to say. Both give the same numbers: those of the nearest
 //! `f64`. What comes out does not depend on the number of pieces.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use memchr::{memchr, memchr_iter, memchr2, memrchr};
@@ -25,7 +26,7 @@ const PROGRESS_LINES: u64 = 1 << 15;
 /// [`Unusable`] when it is no text with a header row, what `choose` refuses, or no row is a selected one.
 pub(super) fn read(
     file: &str,
-    bytes: Vec<u8>,
+    bytes: impl AsRef<[u8]>,
     choose: impl FnOnce(&Header) -> Result<Vec<Wanted>, Unusable>,
     selections: &[Selection],
     progress: Progress,
@@ -37,24 +38,26 @@ pub(super) fn read(
 /// The same in a number of pieces that follows from the length.
 pub(super) fn read_in(
     file: &str,
-    bytes: Vec<u8>,
+    bytes: impl AsRef<[u8]>,
     choose: impl FnOnce(&Header) -> Result<Vec<Wanted>, Unusable>,
     selections: &[Selection],
     progress: Progress,
     pieces: impl FnOnce(usize) -> usize,
 ) -> Result<(Vec<Wanted>, Numbers), Unusable> {
-    let Opening { dialect, header, line, rows } = opening(file, &bytes)?;
+    let text = bytes.as_ref();
+    let Opening { dialect, header, line, rows } = opening(file, text)?;
     let wanted = choose(&header)?;
     let plan = Plan::new(&header, dialect, &wanted, selections)?;
-    let body = &bytes[rows..];
+    let (body, of) = (&text[rows..], text.len() as u64);
     let done = AtomicU64::new(rows as u64);
-    let tell = |more: usize| progress(done.fetch_add(more as u64, Ordering::Relaxed) + more as u64, bytes.len() as u64);
+    let tell = |more: usize| progress(done.fetch_add(more as u64, Ordering::Relaxed) + more as u64, of);
     let pieces = cut(body, pieces(body.len()).max(1));
     let read: Vec<Piece> = std::thread::scope(|scope| {
         let (first, others) = pieces.split_first().map_or((None, &[][..]), |(first, others)| (Some(first), others));
         let (plan, tell) = (&plan, &tell);
-        let others: Vec<_> = others.iter().map(|piece| scope.spawn(move || plan.piece(piece, tell))).collect();
-        let first = first.map(|piece| plan.piece(piece, tell));
+        let others: Vec<_> =
+            others.iter().map(|piece| scope.spawn(move || plan.piece(body, piece.clone(), tell))).collect();
+        let first = first.map(|piece| plan.piece(body, piece.clone(), tell));
         first
             .into_iter()
             .chain(others.into_iter().map(|other| match other.join() {
@@ -77,14 +80,14 @@ pub(super) fn read_in(
 }
 
 /// Cuts at line ends.
-fn cut(body: &[u8], pieces: usize) -> Vec<&[u8]> {
+fn cut(body: &[u8], pieces: usize) -> Vec<Range<usize>> {
     let mut cuts = vec![0];
     for n in 1..pieces {
         let from = (body.len() / pieces * n).max(cuts.last().copied().unwrap_or(0));
         cuts.push(memchr(b'\n', &body[from..]).map_or(body.len(), |end| from + end + 1));
     }
     cuts.push(body.len());
-    cuts.windows(2).map(|w| &body[w[0]..w[1]]).collect()
+    cuts.windows(2).map(|w| w[0]..w[1]).collect()
 }
 
 /// What one thread has read. Lines are counted from 0 at the start of its piece.
@@ -93,11 +96,14 @@ struct Piece {
     places: Places,
     lines: u64,
     losses: Losses,
+    /// spoilt cells of used rows, for every column
+    spoilt: Vec<u64>,
 }
 
 /// Puts pieces together; the header stands in `line`.
 fn join(pieces: Vec<Piece>, width: usize, line: u64) -> Numbers {
-    let mut numbers = Numbers { columns: Vec::new(), places: Places::default(), losses: Losses::default() };
+    let mut numbers =
+        Numbers { columns: Vec::new(), places: Places::default(), losses: Losses::default(), spoilt: vec![0; width] };
     let mut first = line + 1;
     let mut parts: Vec<Vec<Vec<f64>>> = (0..width).map(|_| Vec::new()).collect();
     for mut piece in pieces {
@@ -107,6 +113,7 @@ fn join(pieces: Vec<Piece>, width: usize, line: u64) -> Numbers {
             }
         }
         numbers.losses.absorb(piece.losses);
+        numbers.spoilt.iter_mut().zip(&piece.spoilt).for_each(|(all, spoilt)| *all += spoilt);
         numbers.places.append(&piece.places, first);
         first += piece.lines;
         for (part, column) in parts.iter_mut().zip(piece.columns) {
@@ -184,7 +191,8 @@ impl<'a> Plan<'a> {
         Ok(Plan { dialect, cells, sources, numbers, wanted, selections, selected })
     }
 
-    fn piece(&self, text: &[u8], tell: &(impl Fn(usize) + Sync)) -> Piece {
+    fn piece(&self, body: &[u8], piece: Range<usize>, tell: &(impl Fn(usize) + Sync)) -> Piece {
+        let (begin, text) = (piece.start, &body[piece]);
         // memory that is reserved and never touched costs nothing; growing costs a copy
         let start = &text[..text.len().min(PIECE / 16)];
         let rows = memchr_iter(b'\n', start).count() * (text.len() / start.len().max(1) + 1);
@@ -194,6 +202,7 @@ impl<'a> Plan<'a> {
             places: Places::default(),
             lines: 0,
             losses: Losses::default(),
+            spoilt: vec![0; self.wanted.len()],
         };
         let mut numbers = vec![0.0; self.numbers];
         let mut points = Vec::new();
@@ -218,7 +227,7 @@ impl<'a> Plan<'a> {
                 Row::Odd => {
                     let end = memchr(b'\n', rest);
                     let bytes = end.unwrap_or(rest.len());
-                    self.slow(&rest[..bytes], end.is_none().then(|| above(text, at)), &mut piece);
+                    self.slow(&rest[..bytes], end.is_none().then(|| above(body, begin + at)), &mut piece);
                     bytes + usize::from(end.is_some())
                 }
             };
@@ -330,10 +339,11 @@ impl<'a> Plan<'a> {
             return piece.losses.reject(place, None, Fault::LongLine { found, expected });
         }
         let mut row = Vec::with_capacity(self.wanted.len());
-        for wanted in self.wanted {
+        for (wanted, spoilt) in self.wanted.iter().zip(&mut piece.spoilt) {
             match value(&cells[wanted.place], self.dialect.comma, wanted) {
                 Ok(value) => row.push(value),
                 Err(fault) if wanted.need == Need::Anything => {
+                    *spoilt += 1;
                     piece.losses.note(place, Some(&wanted.told), fault, Cost::Cell);
                     row.push(f64::NAN);
                 }
@@ -396,7 +406,7 @@ fn with_points(cell: &[u8]) -> Vec<u8> {
     cell.iter().map(point).collect()
 }
 
-/// The line before the one that starts at `at`; empty at the start of a piece.
+/// The line before the one that starts at `at`; empty for the first one.
 fn above(text: &[u8], at: usize) -> &[u8] {
     let before = &text[..at.saturating_sub(1)];
     &before[memrchr(b'\n', before).map_or(0, |end| end + 1)..]
@@ -461,5 +471,180 @@ fn plain(text: &[u8]) -> Option<(f64, usize)> {
     match fast_float2::parse_partial::<f64, _>(text) {
         Ok((number, bytes)) if number.is_finite() => Some((number, bytes)),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::silent;
+    use super::*;
+
+    /// Random numbers that are the same in every run (Marsaglia's xorshift).
+    struct Random(u64);
+
+    impl Random {
+        fn below(&mut self, end: u64) -> u64 {
+            self.0 ^= self.0 << 13;
+            self.0 ^= self.0 >> 7;
+            self.0 ^= self.0 << 17;
+            (self.0 >> 11) % end
+        }
+
+        fn one_of<'a>(&mut self, list: &[&'a str]) -> &'a str {
+            list[self.below(list.len() as u64) as usize]
+        }
+
+        /// A number as programs write them, or the like of it.
+        fn cell(&mut self) -> String {
+            let (a, b) = (self.below(10_000), self.below(1_000_000));
+            match self.below(40) {
+                0 => self
+                    .one_of(&["", " ", "-", ".", "+", "e5", "1e", "nan", "-inf", "1.5.2", "0x10", "1 2", "\0", "é"])
+                    .to_owned(),
+                1 => self
+                    .one_of(&["1.", ".5", "+3", "1e5", "-1E-3", "00012", "1e400", "-0", "1_000", " 7 ", "\t8"])
+                    .to_owned(),
+                2 => format!("{a}{b}{b}{b}.{b}"),
+                3 => format!("0.{:030}{a}", 0),
+                4 => format!("{a}.{b}{b:06}{b:06}{b:06}"),
+                5 => format!("{a}.{b}e-{}", self.below(330)),
+                6 => format!("\"{a}.{b}\""),
+                7 => format!("9007199254740{:03}", self.below(1000)),
+                8..20 => a.to_string(),
+                _ => format!("{}{a}.{b}", self.one_of(&["", "-"])),
+            }
+        }
+
+        /// A file with all kinds of damage.
+        fn file(&mut self, separator: &str) -> String {
+            let mut text = ["a", "note", "b", "c", "d"].join(separator) + "\n";
+            for _ in 0..3 + self.below(400) {
+                let mut cells = vec![
+                    self.cell(),
+                    self.one_of(&["x", "", "y z", "\"p,q;r\"", "\"open", "ß", "1"]).to_owned(),
+                    self.cell(),
+                    self.below(4).to_string(),
+                    self.cell(),
+                ];
+                match self.below(60) {
+                    0 => cells.truncate(self.below(5) as usize),
+                    1 => cells.push(self.one_of(&["", " ", "1"]).to_owned()),
+                    2 => cells = vec!["# a comment".to_owned()],
+                    _ => {}
+                }
+                text += &cells.join(separator);
+                text += self.one_of(&["\n", "\n", "\n", "\r\n", " \n"]);
+            }
+            for _ in 0..self.below(3) {
+                text.pop();
+            }
+            text
+        }
+    }
+
+    fn choose(header: &Header) -> Result<Vec<Wanted>, Unusable> {
+        let column = |name: &str, place, need| Wanted::plain(name.to_owned(), place, need);
+        assert_eq!(header.names.len(), 5);
+        Ok(vec![
+            column("a", 0, Need::Everywhere),
+            Wanted { scale: 1000.0, offset: -1.0, ..column("b", 2, Need::Anything) },
+            Wanted { whole: true, ..column("c", 3, Need::Sound) },
+            column("d", 4, Need::Sound),
+            Wanted { whole: true, ..column("again", 0, Need::Anything) },
+        ])
+    }
+
+    /// Everything that comes out, in a form in which NaN is equal to NaN.
+    fn outcome(numbers: Result<Numbers, Unusable>) -> String {
+        match numbers {
+            Ok(Numbers { columns, places, losses, spoilt }) => {
+                let bits: Vec<Vec<u64>> = columns.iter().map(|c| c.iter().map(|v| v.to_bits()).collect()).collect();
+                format!("{bits:?} {places:?} {losses:?} {spoilt:?}")
+            }
+            Err(why) => why.to_string(),
+        }
+    }
+
+    /// The same file with every line read by the slow path.
+    fn slowly(text: &str, selections: &[Selection]) -> Result<Numbers, Unusable> {
+        let Opening { dialect, header, line, rows } = opening("a.csv", text.as_bytes())?;
+        let wanted = choose(&header)?;
+        let plan = Plan::new(&header, dialect, &wanted, selections)?;
+        let mut piece = plan.piece(b"", 0..0, &|_| {});
+        let (body, mut at) = (&text.as_bytes()[rows..], 0);
+        while at < body.len() {
+            let end = memchr(b'\n', &body[at..]);
+            let line = &body[at..end.map_or(body.len(), |end| at + end)];
+            plan.slow(line, end.is_none().then(|| above(body, at)), &mut piece);
+            piece.lines += 1;
+            at += line.len() + 1;
+        }
+        if let Some(missed) = plan.nothing_selected(&header, std::slice::from_ref(&piece), body) {
+            return Err(missed);
+        }
+        let mut numbers = join(vec![piece], wanted.len(), line);
+        if let Some(fault) = dialect.told() {
+            let mut said = Losses::default();
+            said.note(Place::Line(line), None, fault, Cost::AsSaid);
+            numbers.losses.absorb(said);
+        }
+        Ok(numbers)
+    }
+
+    #[test]
+    fn the_fast_path_the_slow_path_and_any_number_of_pieces_agree() {
+        let mut random = Random(0x9e37_79b9_7f4a_7c15);
+        let (mut rows, mut lost, mut refused) = (0, 0, 0);
+        for n in 0..600 {
+            let mut text = random.file([",", ";", "\t"][n % 3]);
+            if n % 5 == 1 {
+                text = text.replace('.', ",");
+            }
+            let selections: Vec<Selection> = match n % 4 {
+                0 => vec!["c=2".parse().expect("sound")],
+                _ => Vec::new(),
+            };
+            let slow = slowly(&text, &selections);
+            match &slow {
+                Ok(numbers) => (rows, lost) = (rows + numbers.losses.rows, lost + numbers.losses.lost),
+                Err(_) => refused += 1,
+            }
+            let slow = outcome(slow);
+            for pieces in [1, 2, 3, 7, 50] {
+                let fast =
+                    read_in("a.csv", &text, choose, &selections, &silent, |_| pieces).map(|(_, numbers)| numbers);
+                assert_eq!(outcome(fast), slow, "file {n} in {pieces} pieces:\n{text}");
+            }
+        }
+        // the test would be empty if the files were all sound, or none was
+        assert!(rows > 50_000 && lost > rows / 20 && lost < rows / 2 && refused < 100, "{rows} {lost} {refused}");
+    }
+
+    #[test]
+    fn plain_numbers_are_the_nearest() {
+        let mut random = Random(7);
+        let mut told = 0;
+        for _ in 0..300_000 {
+            let cell = random.cell();
+            let Some((number, bytes)) = plain(cell.as_bytes()) else { continue };
+            let expected: f64 = cell[..bytes].parse().expect("a number");
+            assert_eq!(number.to_bits(), expected.to_bits(), "{cell}");
+            told += 1;
+        }
+        assert!(told > 200_000, "{told}");
+    }
+
+    #[test]
+    fn progress_ends_at_the_end() {
+        let text: String = std::iter::once("a,note,b,c,d\n".to_owned())
+            .chain((0..100_000).map(|n| format!("{n},x,1,2,3\n")))
+            .collect();
+        let seen = std::sync::Mutex::new(Vec::new());
+        let tell = |done, of| seen.lock().expect("sound").push((done, of));
+        read_in("a.csv", &text, choose, &[], &tell, |_| 2).expect("usable");
+        let mut seen = seen.into_inner().expect("sound");
+        seen.sort_unstable();
+        assert!(seen.len() > 3, "{seen:?}");
+        assert_eq!(seen.last(), Some(&(text.len() as u64, text.len() as u64)));
     }
 }

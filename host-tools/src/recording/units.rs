@@ -66,20 +66,20 @@ pub(super) fn check(run: &Run) -> Result<Sign, Wrong> {
     if let Some(speed) = run.velocity_m_s.as_deref().map(|v| usual(v, f64::abs))
         && speed > SPEED_M_S
     {
-        return wrong("velocity_m_s", format!("usual speeds reach {speed:.4} m/s; in mm/s or mm/min?"));
+        return wrong("velocity_m_s", format!("usual speeds reach {speed:.1} m/s; in mm/s or mm/min?"));
     }
     if let Some(position) = &run.position_m {
         let (low, high) =
             position.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)));
         if high - low > TRAVEL_M {
-            return wrong("position_m", format!("it spans {:.4} m; in mm or um?", high - low));
+            return wrong("position_m", format!("it spans {:.1} m; in mm or um?", high - low));
         }
         let speeds: Vec<_> =
             pairs(run).map(|n| (position[n + 1] - position[n]) / (run.time_s[n + 1] - run.time_s[n])).collect();
         // half of the rows are enough to tell a fast axis from the noise of a position that stands still
         let speed = quantile(&speeds, f64::abs, 0.5);
         if speed > SPEED_M_S {
-            return wrong("position_m", format!("it changes by {speed:.4} m/s; position in mm, or time in min?"));
+            return wrong("position_m", format!("it changes by {speed:.1} m/s; position in mm, or time in min?"));
         }
     }
     for (column, values) in [
@@ -143,11 +143,11 @@ fn travel_against_velocity(run: &Run) -> Result<Sign, Wrong> {
     let ratio = product.abs() / summed;
     if ratio >= TRAVEL_RATIO {
         let why =
-            format!("it changes {ratio:.4} times as fast as velocity_m_s says; position in mm, or velocity in m/min?");
+            format!("it changes {ratio:.1} times as fast as velocity_m_s says; position in mm, or velocity in m/min?");
         return Err(Wrong { column: "position_m", why: swap_hint(why, ratio) });
     }
     if ratio <= 1.0 / TRAVEL_RATIO {
-        let why = format!("it is {:.4} times as fast as position_m changes", 1.0 / ratio);
+        let why = format!("it is {:.1} times as fast as position_m changes", 1.0 / ratio);
         return Err(Wrong { column: "velocity_m_s", why: swap_hint(why, ratio) });
     }
     Ok(if correlation < 0.0 { Sign::Opposite } else { Sign::Same })
@@ -189,4 +189,127 @@ fn quantile(column: &[f64], of: impl Fn(f64) -> f64, share: f64) -> f64 {
     }
     let place = ((looked_at.len() - 1) as f64 * share) as usize;
     *looked_at.select_nth_unstable_by(place, f64::total_cmp).1
+}
+
+#[cfg(test)]
+mod tests {
+    use simulation::run::{Break, Part};
+
+    use super::*;
+
+    /// A reciprocating axis: 2 kHz for 10 s, stroke and speed in SI units, an encoder of 1 um and a noisy force.
+    fn run(stroke_m: f64, speed_m_s: f64) -> Run {
+        let time_s: Vec<f64> = (0..20_000).map(|n| f64::from(n) / 2000.0).collect();
+        let rate = 2.0 * speed_m_s / stroke_m;
+        let position = |t: &f64| (0.5 * stroke_m * (rate * t).sin() * 1e6).round() * 1e-6;
+        let velocity = |t: &f64| speed_m_s * (rate * t).cos();
+        let len = time_s.len();
+        Run {
+            position_m: Some(time_s.iter().map(position).collect()),
+            velocity_m_s: Some(time_s.iter().map(velocity).collect()),
+            drag_force_n: time_s.iter().map(|t| 20.0 * velocity(t).signum()).collect(),
+            temperature_block_degc: Some(vec![24.0; len]),
+            preload_n: Some(vec![3000.0; len]),
+            acceleration_m_s2: Some(vec![0.5; len]),
+            parts: vec![Part { rows: 0..len, segment: None, starts: Break::Start }],
+            time_s,
+            ..Run::default()
+        }
+    }
+
+    fn scaled(column: &mut Option<Vec<f64>>, factor: f64) {
+        column.iter_mut().flatten().for_each(|value| *value *= factor);
+    }
+
+    #[test]
+    fn no_axis_is_refused() {
+        // from breakaway tests to the fastest linear motors, short strokes to long tracks, as they are and in part
+        for stroke_m in [0.001, 0.25, 3.0, 60.0] {
+            for speed_m_s in [1e-5, 1e-3, 0.1, 2.0, 10.0] {
+                // no axis turns round faster than balls can follow
+                if 2.0 * speed_m_s * speed_m_s / stroke_m > 500.0 {
+                    continue;
+                }
+                let mut run = run(stroke_m, speed_m_s);
+                assert_eq!(check(&run), Ok(Sign::Same), "{stroke_m} m, {speed_m_s} m/s");
+                scaled(&mut run.velocity_m_s, 1.5);
+                assert_eq!(check(&run), Ok(Sign::Same));
+                run.velocity_m_s = None;
+                assert_eq!(check(&run), Ok(Sign::Same));
+                let spike = run.position_m.as_mut().expect("there");
+                spike[5000] = 9.0;
+                assert_eq!(check(&run), Ok(Sign::Same));
+            }
+        }
+        // an axis that stands still under a changing force
+        let mut still = run(0.25, 0.1);
+        still.position_m = Some(vec![0.1; still.len()]);
+        scaled(&mut still.velocity_m_s, 0.0);
+        assert_eq!(check(&still), Ok(Sign::Same));
+    }
+
+    #[test]
+    fn units_that_cannot_be_meant_are_told() {
+        let wrong = |change: &dyn Fn(&mut Run)| {
+            let mut run = run(0.25, 0.1);
+            change(&mut run);
+            check(&run).map_err(|wrong| format!("{}: {}", wrong.column, wrong.why)).expect_err("refused")
+        };
+        let time = |run: &mut Run, factor: f64| run.time_s.iter_mut().for_each(|t| *t *= factor);
+        let cases: [(&dyn Fn(&mut Run), &str); 13] = [
+            (
+                &|run| scaled(&mut run.velocity_m_s, 1000.0),
+                "velocity_m_s: usual speeds reach 98.7 m/s; in mm/s or mm/min?",
+            ),
+            (
+                &|run| scaled(&mut run.velocity_m_s, 60.0),
+                "velocity_m_s: it is 60.0 times as fast as position_m changes; velocity in m/min?",
+            ),
+            (
+                &|run| scaled(&mut run.position_m, 60.0),
+                "position_m: it changes 60.0 times as fast as velocity_m_s says; position in mm, or velocity in m/min?",
+            ),
+            (
+                &|run| {
+                    scaled(&mut run.position_m, 1000.0);
+                    run.velocity_m_s = None;
+                },
+                "position_m: it changes by 70.0 m/s; position in mm, or time in min?",
+            ),
+            (&|run| scaled(&mut run.position_m, 1e6), "position_m: it spans 250000.0 m; in mm or um?"),
+            (
+                &|run| time(run, 1000.0),
+                "velocity_m_s: it is 1000.0 times as fast as position_m changes; velocity in mm/s, or time in ms?",
+            ),
+            (
+                &|run| time(run, 1.0 / 60.0),
+                "position_m: it changes 60.0 times as fast as velocity_m_s says; position in mm, or velocity in m/min?",
+            ),
+            (&|run| time(run, 1.0 / 3600.0), "time_s: the median step is 1.389e-7 s; time in min or h?"),
+            (
+                &|run| run.drag_force_n.iter_mut().for_each(|f| *f *= 1e5),
+                "drag_force_n: usual forces reach 2.0000e6 N; in mN?",
+            ),
+            (&|run| scaled(&mut run.preload_n, 1000.0), "preload_n: usual forces reach 3.0000e6 N; in mN?"),
+            (
+                &|run| scaled(&mut run.acceleration_m_s2, 1e5),
+                "acceleration_m_s2: usual accelerations reach 5.0000e4 m/s²; in mm/s²?",
+            ),
+            (
+                &|run| run.temperature_block_degc.iter_mut().flatten().for_each(|t| *t += 273.15),
+                "temperature_block_degc: it is 297.1 °C; in K? (then --column \
+                 temperature_block_degc=temperature_block_degc:1:-273.15)",
+            ),
+            (
+                &|run| scaled(&mut run.temperature_block_degc, -10.0),
+                "temperature_block_degc: it is -240.0 °C; another unit, or a sensor that is not connected?",
+            ),
+        ];
+        for (change, message) in cases {
+            assert_eq!(wrong(change), message);
+        }
+        let mut opposite = run(0.25, 0.1);
+        scaled(&mut opposite.velocity_m_s, -1.0);
+        assert_eq!(check(&opposite), Ok(Sign::Opposite));
+    }
 }
