@@ -6,16 +6,14 @@
 //! `f64`. What comes out does not depend on the number of pieces.
 
 use std::ops::Range;
+use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use memchr::{memchr, memchr_iter, memchr2, memrchr};
 
 use super::columns::{Header, Need, Numbers, Places, Wanted, number, told};
 use super::dialect::{Dialect, Opening, cells, opening};
-use super::{Cost, Fault, Losses, Place, Progress, Selection, Unusable};
-
-/// Below this a second thread costs more than it saves, bytes.
-const PIECE: usize = 1 << 20;
+use super::{Cost, Fault, Losses, PIECE, Place, Progress, Selection, Unusable};
 
 /// Lines between two calls of the progress.
 const PROGRESS_LINES: u64 = 1 << 15;
@@ -52,25 +50,16 @@ pub(super) fn read_in(
     let done = AtomicU64::new(rows as u64);
     let tell = |more: usize| progress(done.fetch_add(more as u64, Ordering::Relaxed) + more as u64, of);
     let pieces = cut(body, pieces(body.len()).max(1));
-    let read: Vec<Piece> = std::thread::scope(|scope| {
-        let (first, others) = pieces.split_first().map_or((None, &[][..]), |(first, others)| (Some(first), others));
-        let (plan, tell) = (&plan, &tell);
-        let others: Vec<_> =
-            others.iter().map(|piece| scope.spawn(move || plan.piece(body, piece.clone(), tell))).collect();
-        let first = first.map(|piece| plan.piece(body, piece.clone(), tell));
-        first
-            .into_iter()
-            .chain(others.into_iter().map(|other| match other.join() {
-                Ok(piece) => piece,
-                Err(panic) => std::panic::resume_unwind(panic),
-            }))
-            .collect()
-    });
+    let lines = at_once(pieces.clone(), &|piece| lines(&body[piece]));
+    // zeroed memory is set aside only where a thread writes to it
+    let mut columns: Vec<Vec<f64>> = wanted.iter().map(|_| vec![0.0; lines.iter().sum()]).collect();
+    let tasks = pieces.into_iter().zip(shares(&mut columns, &lines)).collect();
+    let read = at_once(tasks, &|(piece, mut into)| plan.piece(body, piece, &mut into, &tell));
     if let Some(missed) = plan.nothing_selected(&header, &read, body) {
         return Err(missed);
     }
     drop(bytes);
-    let mut numbers = join(read, wanted.len(), line);
+    let mut numbers = join(read, columns, &lines, line);
     if let Some(fault) = dialect.told() {
         let mut said = Losses::default();
         said.note(Place::Line(line), None, fault, Cost::AsSaid);
@@ -90,9 +79,39 @@ fn cut(body: &[u8], pieces: usize) -> Vec<Range<usize>> {
     cuts.windows(2).map(|w| w[0]..w[1]).collect()
 }
 
-/// What one thread has read. Lines are counted from 0 at the start of its piece.
+/// Does every task on a thread of its own, the first on this one.
+fn at_once<T: Send, R: Send>(tasks: Vec<T>, work: &(impl Fn(T) -> R + Sync)) -> Vec<R> {
+    std::thread::scope(|scope| {
+        let mut tasks = tasks.into_iter();
+        let first = tasks.next();
+        let others: Vec<_> = tasks.map(|task| scope.spawn(move || work(task))).collect();
+        let first = first.map(work);
+        let others = others.into_iter().map(|other| other.join().unwrap_or_else(|panic| resume_unwind(panic)));
+        first.into_iter().chain(others).collect()
+    })
+}
+
+/// Lines of a text; the last one may lack its end.
+fn lines(text: &[u8]) -> usize {
+    memchr_iter(b'\n', text).count() + usize::from(text.last().is_some_and(|byte| *byte != b'\n'))
+}
+
+/// Of every column the rows that each piece may fill: as many as it has lines.
+fn shares<'a>(columns: &'a mut [Vec<f64>], lines: &[usize]) -> Vec<Vec<&'a mut [f64]>> {
+    let mut shares: Vec<Vec<_>> = lines.iter().map(|_| Vec::new()).collect();
+    for column in columns {
+        let mut rest = &mut column[..];
+        for (share, lines) in shares.iter_mut().zip(lines) {
+            let (own, others) = rest.split_at_mut(*lines);
+            share.push(own);
+            rest = others;
+        }
+    }
+    shares
+}
+
+/// What one thread has read beside the numbers. Lines are counted from 0 at the start of its piece.
 struct Piece {
-    columns: Vec<Vec<f64>>,
     places: Places,
     lines: u64,
     losses: Losses,
@@ -100,12 +119,23 @@ struct Piece {
     spoilt: Vec<u64>,
 }
 
-/// Puts pieces together; the header stands in `line`.
-fn join(pieces: Vec<Piece>, width: usize, line: u64) -> Numbers {
+/// Puts pieces together, each of which could have filled as many rows as it has `lines`; the header stands in `line`.
+fn join(pieces: Vec<Piece>, mut columns: Vec<Vec<f64>>, lines: &[usize], line: u64) -> Numbers {
+    let (mut from, mut to) = (0, 0);
+    for (piece, lines) in pieces.iter().zip(lines) {
+        let rows = piece.places.len();
+        if from != to {
+            columns.iter_mut().for_each(|column| column.copy_within(from..from + rows, to));
+        }
+        (from, to) = (from + lines, to + rows);
+    }
+    for column in &mut columns {
+        column.truncate(to);
+        column.shrink_to_fit();
+    }
     let mut numbers =
-        Numbers { columns: Vec::new(), places: Places::default(), losses: Losses::default(), spoilt: vec![0; width] };
+        Numbers { spoilt: vec![0; columns.len()], columns, places: Places::default(), losses: Losses::default() };
     let mut first = line + 1;
-    let mut parts: Vec<Vec<Vec<f64>>> = (0..width).map(|_| Vec::new()).collect();
     for mut piece in pieces {
         for problem in &mut piece.losses.problems {
             if let Place::Line(line) = &mut problem.place {
@@ -116,23 +146,7 @@ fn join(pieces: Vec<Piece>, width: usize, line: u64) -> Numbers {
         numbers.spoilt.iter_mut().zip(&piece.spoilt).for_each(|(all, spoilt)| *all += spoilt);
         numbers.places.append(&piece.places, first);
         first += piece.lines;
-        for (part, column) in parts.iter_mut().zip(piece.columns) {
-            part.push(column);
-        }
     }
-    // column after column, so that only one is there twice
-    numbers.columns = parts
-        .into_iter()
-        .map(|part| {
-            let rows: usize = part.iter().map(Vec::len).sum();
-            let mut part = part.into_iter();
-            let mut whole = part.next().unwrap_or_default();
-            whole.reserve_exact(rows - whole.len());
-            part.for_each(|more| whole.extend_from_slice(&more));
-            whole.shrink_to_fit();
-            whole
-        })
-        .collect();
     numbers
 }
 
@@ -191,14 +205,16 @@ impl<'a> Plan<'a> {
         Ok(Plan { dialect, cells, sources, numbers, wanted, selections, selected })
     }
 
-    fn piece(&self, body: &[u8], piece: Range<usize>, tell: &(impl Fn(usize) + Sync)) -> Piece {
+    /// Reads a piece of the rows into its share of the columns.
+    fn piece(
+        &self,
+        body: &[u8],
+        piece: Range<usize>,
+        into: &mut [&mut [f64]],
+        tell: &(impl Fn(usize) + Sync),
+    ) -> Piece {
         let (begin, text) = (piece.start, &body[piece]);
-        // memory that is reserved and never touched costs nothing; growing costs a copy
-        let start = &text[..text.len().min(PIECE / 16)];
-        let rows = memchr_iter(b'\n', start).count() * (text.len() / start.len().max(1) + 1);
-        let rows = (rows + rows / 16).min(text.len() / self.cells.len()) + 1;
         let mut piece = Piece {
-            columns: self.wanted.iter().map(|_| Vec::with_capacity(rows)).collect(),
             places: Places::default(),
             lines: 0,
             losses: Losses::default(),
@@ -216,8 +232,9 @@ impl<'a> Plan<'a> {
             };
             at += match row {
                 Row::Plain(bytes) => {
-                    for ((wanted, source), column) in self.wanted.iter().zip(&self.sources).zip(&mut piece.columns) {
-                        column.push(wanted.value(numbers[*source]));
+                    let row = piece.places.len();
+                    for ((wanted, source), column) in self.wanted.iter().zip(&self.sources).zip(&mut *into) {
+                        column[row] = wanted.value(numbers[*source]);
                     }
                     piece.places.push(piece.lines);
                     piece.losses.rows += 1;
@@ -227,7 +244,7 @@ impl<'a> Plan<'a> {
                 Row::Odd => {
                     let end = memchr(b'\n', rest);
                     let bytes = end.unwrap_or(rest.len());
-                    self.slow(&rest[..bytes], end.is_none().then(|| above(body, begin + at)), &mut piece);
+                    self.slow(&rest[..bytes], end.is_none().then(|| above(body, begin + at)), into, &mut piece);
                     bytes + usize::from(end.is_some())
                 }
             };
@@ -289,7 +306,7 @@ impl<'a> Plan<'a> {
             let is_sound = if value.is_nan() {
                 wanted.need != Need::Everywhere
             } else {
-                value.is_finite() && (!wanted.whole || value.fract() == 0.0)
+                value.is_finite() && (!wanted.whole || is_whole(value))
             };
             if !is_sound {
                 return Row::Odd;
@@ -307,7 +324,7 @@ impl<'a> Plan<'a> {
     }
 
     /// A row that is not plain. `above` is the line before it where this one has no line end.
-    fn slow(&self, line: &[u8], above: Option<&[u8]>, piece: &mut Piece) {
+    fn slow(&self, line: &[u8], above: Option<&[u8]>, into: &mut [&mut [f64]], piece: &mut Piece) {
         let text = line.trim_ascii();
         if text.is_empty() || text.starts_with(b"#") {
             return;
@@ -354,8 +371,8 @@ impl<'a> Plan<'a> {
             let column = self.wanted.iter().find(|wanted| wanted.place + 1 == expected);
             return piece.losses.reject(place, column.map(|wanted| &*wanted.told), fault);
         }
-        for (column, value) in piece.columns.iter_mut().zip(row) {
-            column.push(value);
+        for (column, value) in into.iter_mut().zip(row) {
+            column[piece.places.len()] = value;
         }
         piece.places.push(piece.lines);
     }
@@ -412,6 +429,11 @@ fn above(text: &[u8], at: usize) -> &[u8] {
     &before[memrchr(b'\n', before).map_or(0, |end| end + 1)..]
 }
 
+/// Whether a number is whole, and not so large that all are.
+fn is_whole(value: f64) -> bool {
+    value as i64 as f64 == value
+}
+
 /// The value of a cell; NaN where it is empty and may be.
 fn value(cell: &[u8], comma: bool, wanted: &Wanted) -> Result<f64, Fault> {
     let Some(cell_value) = number(cell, comma)? else {
@@ -421,7 +443,7 @@ fn value(cell: &[u8], comma: bool, wanted: &Wanted) -> Result<f64, Fault> {
     if !value.is_finite() {
         return Err(Fault::NotFinite { cell: told(cell.trim_ascii()) });
     }
-    if wanted.whole && value.fract() != 0.0 {
+    if wanted.whole && !is_whole(value) {
         return Err(Fault::NotWhole { cell: told(cell.trim_ascii()) });
     }
     Ok(value)
@@ -570,19 +592,22 @@ mod tests {
         let Opening { dialect, header, line, rows } = opening("a.csv", text.as_bytes())?;
         let wanted = choose(&header)?;
         let plan = Plan::new(&header, dialect, &wanted, selections)?;
-        let mut piece = plan.piece(b"", 0..0, &|_| {});
         let (body, mut at) = (&text.as_bytes()[rows..], 0);
+        let all = [lines(body)];
+        let mut columns = vec![vec![0.0; all[0]]; wanted.len()];
+        let mut into: Vec<_> = columns.iter_mut().map(|column| &mut column[..]).collect();
+        let mut piece = plan.piece(b"", 0..0, &mut into, &|_| {});
         while at < body.len() {
             let end = memchr(b'\n', &body[at..]);
             let line = &body[at..end.map_or(body.len(), |end| at + end)];
-            plan.slow(line, end.is_none().then(|| above(body, at)), &mut piece);
+            plan.slow(line, end.is_none().then(|| above(body, at)), &mut into, &mut piece);
             piece.lines += 1;
             at += line.len() + 1;
         }
         if let Some(missed) = plan.nothing_selected(&header, std::slice::from_ref(&piece), body) {
             return Err(missed);
         }
-        let mut numbers = join(vec![piece], wanted.len(), line);
+        let mut numbers = join(vec![piece], columns, &all, line);
         if let Some(fault) = dialect.told() {
             let mut said = Losses::default();
             said.note(Place::Line(line), None, fault, Cost::AsSaid);
