@@ -6,6 +6,9 @@ use std::io::{Read, Write};
 use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 
+use host_tools::recording::{Mapping, open, silent, table};
+use simulation::run::Break;
+
 const HEADER: &str = "t_ms,position_m,gtau,note,drive\n";
 
 /// 600 rows of two drives at 100 Hz each.
@@ -177,4 +180,46 @@ fn a_reader_that_has_seen_enough_is_no_failure() {
     child.stdout.take().expect("piped").read_exact(&mut first).expect("there is that much");
     let output = child.wait_with_output().expect("it ends");
     assert_eq!((output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned()), (Some(0), String::new()));
+}
+
+/// A file of measured data, which is not in the repository; `None` where it is not there.
+fn measured(name: &str) -> Option<PathBuf> {
+    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
+    let path = std::env::var_os("GUIDEBLOCK_DATA").map_or_else(beside, PathBuf::from).join(name);
+    if path.exists() {
+        return Some(path);
+    }
+    println!("skipped: {} is not there (set GUIDEBLOCK_DATA to the folder that holds it)", path.display());
+    None
+}
+
+#[test]
+fn measured_tables_are_read_through_mappings() {
+    let parsed = |texts: &[&str]| -> Vec<Mapping> { texts.iter().map(|text| text.parse().expect("sound")).collect() };
+    if let Some(path) = measured("emps_train.csv") {
+        let (run, losses) = open(&path, &[], &[], &silent).expect("usable");
+        assert_eq!((run.len(), run.parts.len(), losses.describe("emps").len()), (24_841, 1, 0));
+    }
+    if let Some(path) = measured("leadscrew_runs.csv") {
+        // a screw of 1 mm a radian; the clock starts anew with every run
+        let mappings =
+            parsed(&["time_s=t_s", "velocity_m_s=velocity_rad_s:1e-3", "drag_force_n=torque_Nm:1e3", "segment=run"]);
+        let drive = ["drive=2".parse().expect("sound")];
+        let (run, losses) = open(&path, &mappings, &drive, &silent).expect("usable");
+        let runs = run.parts.iter().filter(|part| part.starts != Break::Gap).count();
+        // those that turned back are called n10 to n200, which is no number
+        assert_eq!((losses.rows, losses.rejected["not-a-number"], losses.lost), (15_000, 7_500, 7_500));
+        assert_eq!((losses.gaps, runs), (0, 15), "one part a run");
+        assert!(open(&path, &[], &[], &silent).expect_err("foreign").to_string().contains("no column time_s"));
+    }
+    if let Some(path) = measured("leadscrew_stribeck.csv") {
+        let mappings = parsed(&["velocity_m_s=velocity_rad_s:1e-3", "drag_force_n=torque_Nm:1e3"]);
+        let drive = ["drive=1".parse().expect("sound")];
+        let wanted = ["velocity_m_s", "drag_force_n"];
+        let (table, losses) =
+            table::open(&path, &wanted, &["temperature"], &mappings, &drive, &silent).expect("usable");
+        assert_eq!((table.len() as u64, losses.found), (losses.rows, 0));
+        let velocity = table.column("velocity_m_s").expect("asked for");
+        assert_eq!((velocity[0], table.column("temperature")), (-20.84342 * 1e-3, None));
+    }
 }
