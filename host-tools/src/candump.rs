@@ -102,18 +102,18 @@ pub enum NotCandump {
 /// # Errors
 /// [`NotCandump`] says which part cannot be read.
 pub fn parse(line: &str) -> Result<Line<'_>, NotCandump> {
-    let line = line.trim();
+    let line = line.trim_ascii();
     if line.is_empty() || line.starts_with(['#', ';']) {
         return Ok(Line::Blank);
     }
     let (time, rest) = match line.strip_prefix('(') {
         Some(rest) => {
             let (time, rest) = rest.split_once(')').ok_or(NotCandump::Time)?;
-            (Some(seconds(time.trim()).ok_or(NotCandump::Time)?), rest)
+            (Some(seconds(time.trim_ascii()).ok_or(NotCandump::Time)?), rest)
         }
         None => (None, line),
     };
-    let mut words = rest.split_whitespace();
+    let mut words = rest.split_ascii_whitespace();
     let interface = words.next().ok_or(NotCandump::Shape)?;
     let word = words.next().ok_or(NotCandump::Shape)?;
     match word.split_once('#') {
@@ -175,34 +175,61 @@ fn screen_format<'a, 'w>(
 
 /// The 11-bit identifier, `None` for a 29-bit one (error frames are written as such).
 fn identifier(text: &str) -> Result<Option<u16>, NotCandump> {
-    let all_hexadecimal = text.bytes().all(|b| b.is_ascii_hexdigit());
+    let mut id: u16 = 0;
+    for byte in text.bytes() {
+        let digit = DIGITS[usize::from(byte)];
+        if digit == NO_DIGIT {
+            return Err(NotCandump::Identifier);
+        }
+        // of eight digits the upper ones are pushed out; they are not looked at
+        id = id << 4 | u16::from(digit);
+    }
     match text.len() {
-        3 if all_hexadecimal => match u16::from_str_radix(text, 16) {
-            Ok(id) if id <= 0x7FF => Ok(Some(id)),
-            _ => Err(NotCandump::Identifier),
-        },
-        8 if all_hexadecimal => Ok(None),
+        3 if id <= 0x7FF => Ok(Some(id)),
+        8 => Ok(None),
         _ => Err(NotCandump::Identifier),
     }
 }
 
-fn hexadecimal(pair: &[u8]) -> Option<u8> {
-    let digit = |b: u8| char::from(b).to_digit(16);
-    match pair {
-        [high, low] => u8::try_from(digit(*high)? * 16 + digit(*low)?).ok(),
-        _ => None,
+/// What a byte is worth as a hexadecimal digit.
+const DIGITS: [u8; 256] = {
+    let mut digits = [NO_DIGIT; 256];
+    let mut value = 0;
+    while value < 16 {
+        digits[b"0123456789ABCDEF"[value] as usize] = value as u8;
+        digits[b"0123456789abcdef"[value] as usize] = value as u8;
+        value += 1;
     }
+    digits
+};
+
+const NO_DIGIT: u8 = 0xFF;
+
+fn hexadecimal(pair: &[u8]) -> Option<u8> {
+    let &[high, low] = pair else { return None };
+    let (high, low) = (DIGITS[usize::from(high)], DIGITS[usize::from(low)]);
+    // no digit has the upper bits set
+    if (high | low) & 0xF0 == 0 { Some(high << 4 | low) } else { None }
 }
 
 /// `seconds.fraction` with up to nine decimals; what is below a microsecond is cut off.
 fn seconds(text: &str) -> Option<Micros> {
     let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));
-    let all_digits = |t: &str| t.bytes().all(|b| b.is_ascii_digit());
-    if whole.is_empty() || !all_digits(whole) || !all_digits(fraction) || fraction.len() > 9 {
+    if whole.is_empty() || fraction.len() > 9 {
         return None;
     }
-    let micros = format!("{fraction:0<6}")[..6].parse::<u64>().ok()?;
-    whole.parse::<u64>().ok()?.checked_mul(1_000_000)?.checked_add(micros).map(Micros)
+    let digit = |byte: u8| byte.is_ascii_digit().then(|| u64::from(byte - b'0'));
+    let mut micros: u64 = 0;
+    for byte in whole.bytes() {
+        micros = micros.checked_mul(10)?.checked_add(digit(byte)?)?;
+    }
+    let mut unit = 1_000_000;
+    micros = micros.checked_mul(unit)?;
+    for byte in fraction.bytes() {
+        unit /= 10;
+        micros = micros.checked_add(digit(byte)? * unit)?;
+    }
+    Some(Micros(micros))
 }
 
 #[cfg(test)]

@@ -22,7 +22,8 @@ pub struct Decoded {
 #[derive(Debug, Default)]
 pub struct Decoder {
     only: Option<NodeId>,
-    buses: BTreeMap<String, Bus>,
+    /// one or two in practice: looked through faster than sorted
+    buses: Vec<(String, Bus)>,
     line: u64,
     tally: Tally,
 }
@@ -69,10 +70,10 @@ impl Decoder {
         Decoder { only, ..Self::default() }
     }
 
-    /// Takes the next line of candump text.
-    pub fn line(&mut self, text: &str) -> Option<Decoded> {
+    /// Takes the next line of candump text. Bytes that are no text make it a line that is rejected.
+    pub fn line(&mut self, text: &[u8]) -> Option<Decoded> {
         self.line += 1;
-        match candump::parse(text) {
+        match candump::parse(&String::from_utf8_lossy(text)) {
             Ok(Line::Frame(frame)) => self.take(&frame),
             Ok(Line::Foreign) => {
                 self.tally.ignored += 1;
@@ -106,7 +107,7 @@ impl Decoder {
             }
         }
         let taken = can_wire::decode(frame.id, frame.data()).and_then(|(node, message)| {
-            let bus = self.buses.entry(frame.interface.to_owned()).or_default();
+            let bus = bus_of(&mut self.buses, frame.interface);
             bus.note_restart(node, &message);
             let missing = bus.alive.accept(frame.id, message.counter())?;
             Ok((Decoded { time: frame.time, node, message }, missing))
@@ -136,6 +137,15 @@ impl Decoder {
             rejected.lines.push(line);
         }
     }
+}
+
+/// The bus of an interface, a new one where it was not seen before.
+fn bus_of<'a>(buses: &'a mut Vec<(String, Bus)>, interface: &str) -> &'a mut Bus {
+    let at = buses.iter().position(|(name, _)| name == interface).unwrap_or_else(|| {
+        buses.push((interface.to_owned(), Bus::default()));
+        buses.len() - 1
+    });
+    &mut buses[at].1
 }
 
 impl Bus {
@@ -239,19 +249,19 @@ mod tests {
         let mut block = publisher();
         let mut decoder = Decoder::new(None);
         let first = text(block.estimate(&stale(1)));
-        assert!(decoder.line(&first).is_some());
-        assert!(decoder.line("").is_none());
-        assert!(decoder.line("(1.0) can0 123#00").is_none());
-        assert!(decoder.line("(1.0) can0 00000181#00").is_none());
-        assert!(decoder.line(&first).is_none(), "a copy");
+        assert!(decoder.line(first.as_bytes()).is_some());
+        assert!(decoder.line(b"").is_none());
+        assert!(decoder.line(b"(1.0) can0 123#00").is_none());
+        assert!(decoder.line(b"(1.0) can0 00000181#00").is_none());
+        assert!(decoder.line(first.as_bytes()).is_none(), "a copy");
         let _lost = block.estimate(&stale(2));
         let mut damaged = block.motion(&stale(2));
         damaged.data[0] ^= 1;
-        assert!(decoder.line(&text(damaged)).is_none());
-        assert!(decoder.line(&text(block.estimate(&stale(3)))).is_some());
-        assert!(decoder.line("(1.0) can0 181#00").is_none());
+        assert!(decoder.line(text(damaged).as_bytes()).is_none());
+        assert!(decoder.line(text(block.estimate(&stale(3))).as_bytes()).is_some());
+        assert!(decoder.line(b"(1.0) can0 181#00").is_none());
         for _ in 0..7 {
-            assert!(decoder.line("rubbish").is_none());
+            assert!(decoder.line(b"rubbish").is_none());
         }
         let tally = decoder.tally();
         assert_eq!((tally.decoded, tally.ignored, tally.missing), (2, 2, 1));
@@ -272,11 +282,11 @@ mod tests {
     fn one_node_can_be_singled_out_and_interfaces_are_buses_of_their_own() {
         let frame = publisher().estimate(&stale(1));
         let mut decoder = Decoder::new(NodeId::new(2));
-        assert!(decoder.line(&text(frame)).is_none());
+        assert!(decoder.line(text(frame).as_bytes()).is_none());
         assert_eq!(decoder.tally().ignored, 1);
         let mut decoder = Decoder::new(NodeId::new(1));
-        assert!(decoder.line(&text(frame)).is_some());
-        assert!(decoder.line(&text(frame).replace("can0", "can1")).is_some());
+        assert!(decoder.line(text(frame).as_bytes()).is_some());
+        assert!(decoder.line(text(frame).replace("can0", "can1").as_bytes()).is_some());
     }
 
     #[test]
@@ -291,8 +301,8 @@ mod tests {
         let mut decoder = Decoder::new(None);
         for boot in 1..=2 {
             let mut block = publisher();
-            assert!(decoder.line(&text(block.heartbeat(&health(boot)))).is_some(), "boot {boot}");
-            assert!(decoder.line(&text(block.estimate(&stale(1)))).is_some(), "boot {boot}");
+            assert!(decoder.line(text(block.heartbeat(&health(boot))).as_bytes()).is_some(), "boot {boot}");
+            assert!(decoder.line(text(block.estimate(&stale(1))).as_bytes()).is_some(), "boot {boot}");
         }
         assert_eq!(decoder.tally().missing, 0);
     }

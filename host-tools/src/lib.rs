@@ -13,6 +13,7 @@
 //! The module `emulated` needs the cargo feature `emulator`; everything else is always there.
 #![forbid(unsafe_code)]
 
+pub mod batch;
 pub mod candump;
 pub mod decode;
 #[cfg(feature = "emulator")]

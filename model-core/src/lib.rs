@@ -21,6 +21,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod batch;
 pub mod calibration;
 pub mod contact;
 pub mod encoder;

@@ -10,7 +10,7 @@
 //! F_p = 2 Z_b cos(α0) Q/(1 + κ s²)         κ = 0 where the contact angle is fixed
 //! ```
 //!
-//! The inversion F_f -> F_p costs one cube root and two exponentials: a seed good to 25 % and two Halley
+//! The inversion F_f -> F_p costs one rough cube root and two exponentials: a seed good to 25 % and two Halley
 //! steps on s³m = fc. Its error stays below 5e-6 of F_p over the paper's domain in f32.
 
 use crate::contact::{Contact, ContactAngle, Guide, HerseySpeed};
@@ -70,6 +70,18 @@ pub struct Inversion<R> {
     pub per_force: R,
     /// dlnF_p/dln(ν V) at constant F_f.
     pub per_viscous_speed: R,
+}
+
+/// Where the law meets a force.
+pub(crate) struct Root<R> {
+    /// The dimensionless group.
+    pub(crate) x: R,
+    /// Q^(1/3).
+    pub(crate) s: R,
+    /// dln(s³m)/dln s, of the last but one iterate.
+    slope: R,
+    /// dln m/dln h, of the last but one iterate.
+    elasticity: R,
 }
 
 /// Constants of one guide with one friction law.
@@ -167,9 +179,9 @@ const fn slip_series(contact: &Contact, ball_diameter_m: f64, load_limit_n: f64)
 impl<R: Real> Reduced<R> {
     /// k_s H at s = Q^(1/3), and dln h/dln s.
     #[inline(always)]
-    fn film(&self, s: R, b: R) -> (R, R) {
+    fn film(&self, speed: HerseySpeed, s: R, b: R) -> (R, R) {
         let c = R::from_f64;
-        match self.hersey_speed {
+        match speed {
             HerseySpeed::Slip => {
                 let s2 = s * s;
                 let first = self.slip_1 * s2;
@@ -178,6 +190,42 @@ impl<R: Real> Reduced<R> {
             }
             HerseySpeed::Carriage => (b / s, c(-1.0)),
         }
+    }
+
+    /// Solves `s³ m(s) = fc` for s = Q^(1/3). Without a branch on data, so that many can be solved side by side;
+    /// `speed` is handed over so that a loop can be built for each convention.
+    #[inline(always)]
+    pub(crate) fn root(&self, speed: HerseySpeed, fc: R, b: R) -> Root<R> {
+        let c = R::from_f64;
+        let one = c(1.0);
+        let s1 = fc.rough_cbrt();
+        let (x, seed) = match speed {
+            HerseySpeed::Slip => {
+                let x = b * s1;
+                (x, c(1.15) + c(0.006) * x)
+            }
+            HerseySpeed::Carriage => {
+                let x = b / s1;
+                (x, c(1.12) + c(0.020) * x)
+            }
+        };
+        let mut s = s1 / seed;
+        let (mut m, mut rise_of_m, mut rise_of_product) = (one, c(0.0), c(0.0));
+        for _ in 0..2 {
+            let (h, film_exponent) = self.film(speed, s, b);
+            let stribeck = self.stribeck * (-h).exp();
+            m = one + self.viscous * h + stribeck;
+            // dm/dln h
+            rise_of_m = h * (self.viscous - stribeck);
+            // m n
+            rise_of_product = c(3.0) * m + film_exponent * rise_of_m;
+            let product = s * s * s * m;
+            let missing = fc - product;
+            // Halley's step with d = missing/product and n, multiplied out: one division
+            let twice = missing + missing;
+            s = s + s * (twice * m) / ((rise_of_product + rise_of_product) * product + (rise_of_product - m) * missing);
+        }
+        Root { x, s, slope: rise_of_product / m, elasticity: rise_of_m / m }
     }
 
     /// Inverts the law: preload, working point and sensitivities of a drag force.
@@ -205,32 +253,10 @@ impl<R: Real> Reduced<R> {
             return Err(OutOfDomain::ViscousSpeed);
         }
         let fc = force_n * self.loads_per_force;
-        let s1 = fc.cbrt();
-        let b = self.film_per_viscous_speed * viscous_speed;
-        let (x, seed) = match self.hersey_speed {
-            HerseySpeed::Slip => {
-                let x = b * s1;
-                (x, c(1.15) + c(0.006) * x)
-            }
-            HerseySpeed::Carriage => {
-                let x = b / s1;
-                (x, c(1.12) + c(0.020) * x)
-            }
-        };
+        let Root { x, s, slope, elasticity } =
+            self.root(self.hersey_speed, fc, self.film_per_viscous_speed * viscous_speed);
         if x > c(GROUP_LIMIT) {
             return Err(OutOfDomain::ViscousSpeed);
-        }
-        let mut s = s1 / seed;
-        let (mut slope, mut elasticity) = (c(3.0), c(0.0));
-        for _ in 0..2 {
-            let (h, film_exponent) = self.film(s, b);
-            let rise = self.stribeck * (-h).exp();
-            let m = one + self.viscous * h + rise;
-            // dln m/dln h
-            elasticity = h * (self.viscous - rise) / m;
-            slope = c(3.0) + film_exponent * elasticity;
-            let d = fc / (s * s * s * m) - one;
-            s = s + s * (d + d) / (slope + slope + (slope - one) * d);
         }
         let q = s * s * s;
         if q > self.load_limit_n {
@@ -243,7 +269,7 @@ impl<R: Real> Reduced<R> {
         Ok(Inversion {
             preload_n: self.preload_per_load * q / stretch,
             load_per_ball_n: q,
-            film: self.film(s, b).0,
+            film: self.film(self.hersey_speed, s, self.film_per_viscous_speed * viscous_speed).0,
             friction_coefficient: self.mu_coulomb * (fc / q),
             per_force,
             per_viscous_speed: -(per_force * elasticity),
@@ -266,7 +292,7 @@ impl<R: Real> DragLaw for Reduced<R> {
         }
         let y = preload / self.preload_per_load;
         let ky = y * self.angle_per_load;
-        let mut s = y.cbrt();
+        let mut s = y.rough_cbrt();
         for _ in 0..4 {
             let s2 = s * s;
             s = s - (s2 * s - y - ky * s2) / (c(3.0) * s2 - (ky + ky) * s);
@@ -275,7 +301,7 @@ impl<R: Real> DragLaw for Reduced<R> {
         if q > self.load_limit_n {
             return Err(OutOfDomain::Load);
         }
-        let (h, _) = self.film(s, self.film_per_viscous_speed * viscous_speed);
+        let (h, _) = self.film(self.hersey_speed, s, self.film_per_viscous_speed * viscous_speed);
         Ok(q * (c(1.0) + self.viscous * h + self.stribeck * (-h).exp()) / self.loads_per_force)
     }
 

@@ -46,7 +46,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         if length == 0 {
             break;
         }
-        if let Some(decoded) = decoder.line(&String::from_utf8_lossy(&line)) {
+        if let Some(decoded) = decoder.line(&line) {
             emitter.message(&decoded)?;
             if is_live {
                 emitter.flush()?;

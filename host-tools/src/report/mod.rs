@@ -1,8 +1,11 @@
 //! What comes out: text for terminals, CSV and JSON for programs, a picture and a page for people.
 
+pub mod chart;
 pub mod csv;
 pub mod html;
 pub mod json;
+pub mod page;
+pub mod scale;
 pub mod svg;
 pub mod table;
 
@@ -28,7 +31,7 @@ pub struct Emitter<W: Write>(Style<W>);
 #[derive(Debug)]
 enum Style<W: Write> {
     Table(W, table::Table),
-    Csv(Box<::csv::Writer<W>>),
+    Csv(W, Vec<u8>),
     Json(W),
 }
 
@@ -43,7 +46,10 @@ impl<W: Write> Emitter<W> {
                 writeln!(out, "{}", table::HEADER)?;
                 Style::Table(out, table::Table::default())
             }
-            Format::Csv => Style::Csv(Box::new(::csv::Writer::from_writer(out))),
+            Format::Csv => {
+                writeln!(out, "{}", csv::header())?;
+                Style::Csv(out, Vec::new())
+            }
             Format::Json => Style::Json(out),
         }))
     }
@@ -58,7 +64,11 @@ impl<W: Write> Emitter<W> {
                 Some(line) => writeln!(out, "{line}"),
                 None => Ok(()),
             },
-            Style::Csv(out) => out.serialize(csv::row(decoded)).map_err(Into::into),
+            Style::Csv(out, row) => {
+                row.clear();
+                csv::row(row, decoded);
+                out.write_all(row)
+            }
             Style::Json(out) => writeln!(out, "{}", json::object(decoded)),
         }
     }
@@ -69,8 +79,7 @@ impl<W: Write> Emitter<W> {
     /// Those of the writer.
     pub fn flush(&mut self) -> io::Result<()> {
         match &mut self.0 {
-            Style::Table(out, _) | Style::Json(out) => out.flush(),
-            Style::Csv(out) => out.flush(),
+            Style::Table(out, _) | Style::Json(out) | Style::Csv(out, _) => out.flush(),
         }
     }
 

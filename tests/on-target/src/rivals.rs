@@ -8,7 +8,7 @@ use model_core::reduced::{DragLaw, GROUP_LIMIT, Reduced};
 
 /// The elementary functions under test.
 pub trait Functions {
-    /// Cube root of a positive number.
+    /// Cube root of a positive number, as rough as the start of an iteration may be.
     fn cbrt(x: f32) -> f32;
     /// Exponential of a number that is not positive.
     fn exp(x: f32) -> f32;
@@ -19,7 +19,7 @@ pub struct Own;
 impl Functions for Own {
     #[inline(always)]
     fn cbrt(x: f32) -> f32 {
-        model_core::num::cbrt(x)
+        model_core::num::rough_cbrt(x)
     }
     #[inline(always)]
     fn exp(x: f32) -> f32 {
@@ -74,12 +74,12 @@ pub fn preload<F: Functions>(law: &Reduced<f32>, force_n: f32, viscous_speed: f3
         let s2 = s * s;
         let (first, second) = (law.slip_1 * s2, law.slip_2 * s2 * s2);
         let h = b * s * (1.0 + (first + second));
-        let rise = law.stribeck * F::exp(-h);
-        let m = 1.0 + law.viscous * h + rise;
-        let elasticity = h * (law.viscous - rise) / m;
-        let slope = 3.0 + (1.0 + 2.0 * (first + (second + second))) * elasticity;
-        let d = fc / (s * s * s * m) - 1.0;
-        s += s * (d + d) / (slope + slope + (slope - 1.0) * d);
+        let stribeck = law.stribeck * F::exp(-h);
+        let m = 1.0 + law.viscous * h + stribeck;
+        let rise = 3.0 * m + (1.0 + 2.0 * (first + (second + second))) * (h * (law.viscous - stribeck));
+        let product = s * s * s * m;
+        let missing = fc - product;
+        s += s * ((missing + missing) * m) / ((rise + rise) * product + (rise - m) * missing);
     }
     let q = s * s * s;
     (q <= law.load_limit_n).then(|| law.preload_per_load * q / (1.0 + law.angle_per_load * (s * s)))

@@ -1,0 +1,1 @@
+"""Independent generator of recordings with concealed effects (see README.md)."""
