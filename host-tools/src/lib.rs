@@ -3,7 +3,7 @@
 //! ```text
 //! live bus or log  -> candump -> decode -------------+
 //! raw recording    -> recording::raw -> replay ------+-> report: table, CSV, JSON, picture
-//! run of an axis   -> recording::axis -> rig --+     |
+//! run of an axis   -> recording -> rig --------+     |
 //! firmware image   -> emulator ----------------+-----+
 //! ```
 //!

@@ -22,6 +22,7 @@ struct Arguments {
 enum Command {
     Decode(cmd::decode::Arguments),
     Replay(cmd::replay::Arguments),
+    Convert(cmd::convert::Arguments),
     Dbc(cmd::dbc::Arguments),
     Parameters(cmd::parameters::Arguments),
     #[cfg(feature = "emulator")]
@@ -32,6 +33,7 @@ fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Decode(arguments) => cmd::decode::run(arguments),
         Command::Replay(arguments) => cmd::replay::run(arguments),
+        Command::Convert(arguments) => cmd::convert::run(arguments),
         Command::Dbc(arguments) => cmd::dbc::run(arguments),
         Command::Parameters(arguments) => cmd::parameters::run(arguments),
         #[cfg(feature = "emulator")]

@@ -1,10 +1,12 @@
 //! One file a subcommand: parse arguments, call the library, print. And what all of them share.
 
+pub(crate) mod convert;
 pub(crate) mod dbc;
 pub(crate) mod decode;
 #[cfg(feature = "emulator")]
 pub(crate) mod demo;
 pub(crate) mod parameters;
+pub(crate) mod recordings;
 pub(crate) mod replay;
 
 use std::fmt::Display;
@@ -15,6 +17,7 @@ use std::process::ExitCode;
 
 use can_wire::NodeId;
 use clap::ValueEnum;
+use host_tools::recording::Unusable;
 use host_tools::report;
 
 /// Why a command did not do what it was asked for. The text is for the person at the terminal.
@@ -46,6 +49,16 @@ impl Failure {
 impl From<io::Error> for Failure {
     fn from(error: io::Error) -> Self {
         Failure::Output(error)
+    }
+}
+
+impl From<Unusable> for Failure {
+    fn from(why: Unusable) -> Self {
+        match why {
+            Unusable::Io { .. } => Failure::Usage(why.to_string()),
+            _ if why.is_usage() => Failure::Usage(why.to_string()),
+            _ => Failure::Data(why.to_string()),
+        }
     }
 }
 
