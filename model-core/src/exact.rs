@@ -159,8 +159,8 @@ impl Exact {
         (q < self.load_limit_n()).then_some(q)
     }
 
-    /// dlnF_p/dlnQ.
-    fn preload_load_exponent(&self, q: f64) -> f64 {
+    /// dlnF_p/dlnQ: 1 with a fixed contact angle, 1/3 to 1 where it follows the load.
+    pub fn preload_load_exponent(&self, q: f64) -> f64 {
         match self.guide.contact_angle {
             ContactAngle::Fixed => 1.0,
             ContactAngle::Exact => {

@@ -1,14 +1,24 @@
 //! A run of an axis as columns, and the simulation that is held against it.
 //!
 //! ```text
-//! run      what was recorded, column by column, and where it was interrupted
-//! motion   position, speed and acceleration of every row, from whatever was measured
-//! guide    a guide and its oil: a published set and what a file overrides
+//! run        what was recorded, column by column, and where it was interrupted
+//! motion     position, speed and acceleration of every row, from whatever was measured
+//! published  parameter sets of the literature, every value with where it comes from
+//! guide      a guide and its oil: a published set and what a file overrides
+//! file       the simulation file: law, operation, axis, tolerance
+//! law        the drag force that the law says, row by row
 //! ```
 //!
 //! No file is opened and nothing is printed here: text comes in, numbers and reasons go out.
 #![forbid(unsafe_code)]
 
+mod document;
+pub mod file;
 pub mod guide;
+pub mod law;
 pub mod motion;
+pub mod published;
 pub mod run;
+
+pub use document::BadFile;
+pub use file::Simulation;
