@@ -2,6 +2,8 @@
 
 use model_core::exact::Exact;
 
+use super::convention::{LATERAL_N, SPEEDS_M_MIN};
+
 /// What small errors do to the preload at one working point, each as a ratio less one.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
 pub struct Conditioning {
@@ -37,6 +39,21 @@ pub fn conditioning(model: &Exact, q: f64, nu: f64, speed_m_s: f64) -> Option<Co
         offset: error(drag + 0.5, nu, speed_m_s)?,
         seals: error(drag + 20.0, nu, speed_m_s)?,
     })
+}
+
+/// Smallest and largest error of the preload on the measured grid, a ratio less one, if the oil has the viscosity number
+/// `truly` and is taken to have `taken`. `None` where a load or a drag force is beyond the geometry.
+pub fn error_of_viscosity(model: &Exact, truly: f64, taken: f64) -> Option<(f64, f64)> {
+    let mut range = (f64::INFINITY, f64::NEG_INFINITY);
+    for lateral in LATERAL_N {
+        let q = model.load_of_lateral_force(lateral)?;
+        for speed in SPEEDS_M_MIN.map(|v| v / 60.0) {
+            let found = model.working_point(model.drag_force_n(q, truly, speed), taken, speed)?;
+            let error = found.preload_n / model.preload_n(q) - 1.0;
+            range = (range.0.min(error), range.1.max(error));
+        }
+    }
+    Some(range)
 }
 
 /// The slopes (dlnF_p/dlnF_f, dlnF_p/dln(νV)) at a load per ball in N, a viscosity number and a speed in m/s.

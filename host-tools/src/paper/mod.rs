@@ -9,6 +9,7 @@
 //! - [`conditioning`]: how errors of force, viscosity and speed become errors of the preload
 //! - [`oh`]: the rival drag model, Eq. 22
 //! - [`hertz`]: closed-form approximations of the contact against the exact integrals
+//! - [`slip_series`]: the best short series of the sliding speed, a yardstick for the block's own
 //! - [`claims`]: the lines stated, computed, difference, verdict
 //! - [`report`]: those lines as text, JSON and a page
 
@@ -20,3 +21,4 @@ pub mod oh;
 pub mod one_curve;
 pub mod printed;
 pub mod report;
+pub mod slip_series;

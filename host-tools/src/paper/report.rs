@@ -105,7 +105,7 @@ pub fn stribeck_picture(findings: &Findings) -> String {
     .height(380.0)
     .line("Eq. 20", curve.take_while(|(_, mu)| *mu < 0.0052).collect())
     .points("smallest value of Eq. 20", vec![(lowest, smallest, 0.0)])
-    .note(lowest, smallest, "0.0022447");
+    .note(0.28 * lowest, 0.945 * smallest, &format!("{smallest:.7}"));
     for (place, name) in [(C6, "quoted minima, read as C6"), (C2, "quoted minima, read as C2")] {
         let convention = &CONVENTIONS[place];
         let model = convention.model(GUIDE.conformity_slider);
@@ -115,7 +115,10 @@ pub fn stribeck_picture(findings: &Findings) -> String {
                 let q = model.load_of_lateral_force(force)?;
                 Some((convention.hersey(&model, q, speed), mu, 0.0))
             })
-            .collect();
+            .collect::<Vec<_>>();
+        for ((force, mu, _), point) in QUOTED_MINIMA.iter().zip(&points) {
+            chart = chart.note(point.0, point.1, &format!("{mu:.5} at {force:.0} N"));
+        }
         chart = chart.points(name, points);
     }
     if let Some(score) = findings.scores.get(C6) {
