@@ -533,6 +533,39 @@ fn b_3_no_single_curve() {
 }
 
 #[test]
+fn b_3_no_power_of_the_load_meets_both() {
+    // minima within 0.4 to 0.9 m/min at 500 and 1500 N, and 8500 N flat within 15 %, for p from -1 to 2/3
+    let lowest = FRICTION.stribeck_exponent * FRICTION.hersey_of_minimum();
+    let meets = |p: f64, speed: f64| {
+        let of_1500 = speed * 3.0_f64.powf(-p);
+        let fastest = lowest * 6.0 / speed * 17.0_f64.powf(p);
+        (0.4..=0.9).contains(&of_1500) && one_curve::spread(&FRICTION, fastest) <= 1.15
+    };
+    let powers = || (0..=200).map(|n| -1.0 + f64::from(n) / 120.0);
+    let speeds = || (0..=100).map(|n| 0.4 + 0.005 * f64::from(n));
+    assert!(!powers().any(|p| speeds().any(|v| meets(p, v))));
+    // each of the two alone can be met
+    assert!(powers().any(|p| speeds().any(|v| (0.4..=0.9).contains(&(v * 3.0_f64.powf(-p))))));
+    assert!(one_curve::spread(&FRICTION, 0.3) <= 1.15);
+}
+
+#[test]
+fn b_5_clearance_classes_make_plausible_preloads() {
+    // half of the radial interference c falls to the upper rows, half to the lower: approach (c/2) cos 45 deg per ball
+    let m = Exact::new(Guide { contact_angle: ContactAngle::Fixed, ..GUIDE }, FRICTION);
+    let percent_of_rated = |micrometres: f64| {
+        let approach = 0.5e-6 * micrometres * GUIDE.contact_angle_rad.cos();
+        100.0 * m.preload_n((approach / m.contact().eps).powf(1.5)) / 62_300.0
+    };
+    check(&[
+        row("C1, 11 um", percent_of_rated(11.0), "2.4"),
+        row("C1 and C0, 19 um", percent_of_rated(19.0), "5.4"),
+        row("C0, 29 um", percent_of_rated(29.0), "10.2"),
+        row("ball pitch, mm", 93.0 / 13.0, "7.15"),
+    ]);
+}
+
+#[test]
 fn b_4_internal_mismatch() {
     let m = model(0.51);
     let drag = QUOTED_MINIMA.map(|(force, mu, _)| 52.0 * load(&m, force) * mu);
@@ -597,6 +630,7 @@ fn c_2_uniqueness() {
         row("section 0: largest, carriage", 1.0 - steepest / 3.0, "1.062"),
         row("geometry ends at Q", m.load_limit_n().floor(), "8073"),
         row("q at the smallest measured load", m.hersey_load_exponent(26.0), "0.3347"),
+        row("q at 500 N a ball", m.hersey_load_exponent(500.0), "0.3435"),
     ]);
     assert!((slope_of_friction(1e9) - 1.0).abs() < 1e-6, "mu goes with H for large H");
     // the preload's exponent stays above one third up to the end of the geometry

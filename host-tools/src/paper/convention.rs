@@ -66,6 +66,10 @@ pub struct Score {
     pub fall_500: f64,
     /// Rise of the friction from its minimum to 6 m/min at 4500 and 7500 N, a ratio less one.
     pub rise: [f64; 2],
+    /// Fall from 0.1 m/min to the minimum at 9500 N: larger over smaller, less one.
+    pub fall_9500: f64,
+    /// Rise from the minimum to 6 m/min at the smallest and the largest load, 500 and 9500 N.
+    pub rise_at_ends: [f64; 2],
     /// Largest less smallest friction at 8500 N, over the mean of the speeds.
     pub spread_8500: f64,
     /// Friction at 500 N over that at 9500 N, less one, at 0.1 m/min and at 6 m/min.
@@ -132,7 +136,9 @@ impl Convention {
             full_film: past as f64 / 200.0,
             speed_of_minimum: [&at_500, &at_1500, &at_4500, &at_7500].map(speed_of_minimum),
             fall_500: at_500[0] / lowest(&at_500) - 1.0,
+            fall_9500: at_9500[0] / lowest(&at_9500) - 1.0,
             rise: [&at_4500, &at_7500].map(rise),
+            rise_at_ends: [&at_500, &at_9500].map(rise),
             spread_8500: (high - low) / (at_8500.iter().sum::<f64>() / 20.0),
             fall_with_load: [0, 19].map(|n| at_500[n] / at_9500[n] - 1.0),
             drag_n: extremes(drag),
