@@ -11,11 +11,13 @@
 //! - [`hertz`]: closed-form approximations of the contact against the exact integrals
 //! - [`slip_series`]: the best short series of the sliding speed, a yardstick for the block's own
 //! - [`claims`]: the lines stated, computed, difference, verdict
+//! - [`grid`]: what the text says of the measured grid, under every reading
 //! - [`report`]: those lines as text, JSON and a page
 
 pub mod claims;
 pub mod conditioning;
 pub mod convention;
+pub mod grid;
 pub mod hertz;
 pub mod oh;
 pub mod one_curve;
