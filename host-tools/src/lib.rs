@@ -19,6 +19,7 @@ pub mod decode;
 #[cfg(feature = "emulator")]
 pub mod emulated;
 pub mod judgement;
+pub mod paper;
 pub mod parameters;
 pub mod recording;
 pub mod replay;

@@ -25,6 +25,7 @@ enum Command {
     Convert(cmd::convert::Arguments),
     Dbc(cmd::dbc::Arguments),
     Parameters(cmd::parameters::Arguments),
+    Paper(cmd::paper::Arguments),
     #[cfg(feature = "emulator")]
     Demo(cmd::demo::Arguments),
 }
@@ -36,6 +37,7 @@ fn main() -> ExitCode {
         Command::Convert(arguments) => cmd::convert::run(arguments),
         Command::Dbc(arguments) => cmd::dbc::run(arguments),
         Command::Parameters(arguments) => cmd::parameters::run(arguments),
+        Command::Paper(arguments) => cmd::paper::run(arguments),
         #[cfg(feature = "emulator")]
         Command::Demo(arguments) => cmd::demo::run(arguments),
     };

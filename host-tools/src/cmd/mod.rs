@@ -5,6 +5,7 @@ pub(crate) mod dbc;
 pub(crate) mod decode;
 #[cfg(feature = "emulator")]
 pub(crate) mod demo;
+pub(crate) mod paper;
 pub(crate) mod parameters;
 pub(crate) mod progress;
 pub(crate) mod recordings;
