@@ -39,6 +39,8 @@ fn is_null(value: f64) -> bool {
 /// A Parquet file in memory.
 pub(super) struct Table {
     header: Header,
+    /// bytes of the file
+    length: u64,
     reader: SerializedFileReader<Bytes>,
 }
 
@@ -50,7 +52,7 @@ impl Table {
         check_places(&reader, length).map_err(|why| broken(file, &why))?;
         let schema = reader.metadata().file_metadata().schema_descr();
         let names = schema.columns().iter().map(|column| column.path().string()).collect();
-        Ok(Table { header: Header { file: file.to_owned(), names, line: None }, reader })
+        Ok(Table { header: Header { file: file.to_owned(), names, line: None }, length, reader })
     }
 
     /// The names of the columns.
@@ -164,7 +166,8 @@ impl Table {
                 let task = tasks.lock().unwrap_or_else(PoisonError::into_inner).pop();
                 let Some((group, wanted, slice)) = task else { return Ok(()) };
                 guarded(|| decode(self.reader.get_row_group(group)?.get_column_reader(wanted.place)?, slice, wanted))?;
-                progress(done.fetch_add(1, Ordering::Relaxed) + 1, of);
+                let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+                progress(self.length / of * done, self.length);
             }
         };
         let threads = std::thread::available_parallelism().map_or(1, usize::from).min(of.max(1) as usize);
