@@ -11,6 +11,7 @@
 //! what is left is used. Only a file of which nothing can be used is an error ([`Unusable`]).
 
 pub mod axis;
+mod cell;
 mod columns;
 mod dialect;
 mod losses;

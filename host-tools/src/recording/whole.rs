@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use super::columns::{Header, Need, Numbers, Wanted, check_once, number};
-use super::dialect::{Opening, cells, opening};
+use super::cell::{cells, number};
+use super::columns::{Header, Need, Numbers, Wanted, check_once};
+use super::dialect::{Opening, opening};
 use super::write::{Cells, Column};
 use super::{Losses, Mapping, Progress, Selection, Unusable, axis, load, parquet, text};
 
