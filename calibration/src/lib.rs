@@ -1,2 +1,8 @@
 //! From measured drag at known load to the friction law of that guide.
 #![forbid(unsafe_code)]
+
+pub mod cell;
+pub mod fit;
+pub mod interval;
+pub mod noise;
+mod separable;
