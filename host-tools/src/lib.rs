@@ -14,6 +14,7 @@
 #![forbid(unsafe_code)]
 
 pub mod batch;
+pub mod calculator;
 pub mod candump;
 pub mod decode;
 #[cfg(feature = "emulator")]

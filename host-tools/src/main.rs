@@ -25,6 +25,8 @@ enum Command {
     Convert(cmd::convert::Arguments),
     Dbc(cmd::dbc::Arguments),
     Parameters(cmd::parameters::Arguments),
+    Preload(cmd::preload::Arguments),
+    Drag(cmd::drag::Arguments),
     #[cfg(feature = "emulator")]
     Demo(cmd::demo::Arguments),
 }
@@ -36,6 +38,8 @@ fn main() -> ExitCode {
         Command::Convert(arguments) => cmd::convert::run(arguments),
         Command::Dbc(arguments) => cmd::dbc::run(arguments),
         Command::Parameters(arguments) => cmd::parameters::run(arguments),
+        Command::Preload(arguments) => cmd::preload::run(&arguments),
+        Command::Drag(arguments) => cmd::drag::run(&arguments),
         #[cfg(feature = "emulator")]
         Command::Demo(arguments) => cmd::demo::run(arguments),
     };

@@ -40,8 +40,9 @@ fn rows_are_the_exact_model_to_1e_9() {
         let Law::Guide(set) = &simulation.law else { panic!("{text}") };
         for rows in [500, 20_000] {
             // from light to heavy preload, cold to warm, with places that were not measured
-            let preload =
-                |t: f64| if ((t * 1e3) as usize).is_multiple_of(97) { f64::NAN } else { 20.0 + 9000.0 * libm::sin(t).abs() };
+            let preload = |t: f64| {
+                if ((t * 1e3) as usize).is_multiple_of(97) { f64::NAN } else { 20.0 + 9000.0 * libm::sin(t).abs() }
+            };
             let run = with(&run(rows), preload, |t| 30.0 + 20.0 * libm::cos(0.3 * t));
             let (motion, got) = (Motion::of(&run), steady(&simulation, &run).expect("complete"));
             let mut compared = 0;
