@@ -19,6 +19,7 @@ pub mod candump;
 pub mod decode;
 #[cfg(feature = "emulator")]
 pub mod emulated;
+pub mod estimate;
 pub mod judgement;
 pub mod parameters;
 pub mod recording;
