@@ -27,6 +27,7 @@ enum Command {
     Parameters(cmd::parameters::Arguments),
     Preload(cmd::preload::Arguments),
     Drag(cmd::drag::Arguments),
+    Estimate(cmd::estimate::Arguments),
     #[cfg(feature = "emulator")]
     Demo(cmd::demo::Arguments),
 }
@@ -40,6 +41,7 @@ fn main() -> ExitCode {
         Command::Parameters(arguments) => cmd::parameters::run(arguments),
         Command::Preload(arguments) => cmd::preload::run(&arguments),
         Command::Drag(arguments) => cmd::drag::run(&arguments),
+        Command::Estimate(arguments) => cmd::estimate::run(&arguments),
         #[cfg(feature = "emulator")]
         Command::Demo(arguments) => cmd::demo::run(arguments),
     };

@@ -7,6 +7,7 @@ pub(crate) mod decode;
 #[cfg(feature = "emulator")]
 pub(crate) mod demo;
 pub(crate) mod drag;
+pub(crate) mod estimate;
 pub(crate) mod parameters;
 pub(crate) mod preload;
 pub(crate) mod recordings;

@@ -16,11 +16,13 @@
 //! the whole recording and no longer recording makes them smaller.
 
 mod band;
+mod page;
 mod staircase;
 mod summary;
 mod windows;
 
 pub use band::{Estimate, Preload};
+pub use page::page;
 pub use staircase::{speeds, staircase};
 pub use summary::{Place, Summary};
 pub use windows::{Window, windows};
