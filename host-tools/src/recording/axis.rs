@@ -15,7 +15,7 @@
 //! | `simulated_force_n` | no | what another program says the drag force should be |
 //! | `segment` | no | whole number; a new one starts a new part |
 //!
-//! A gap (more than 1.5 median steps), a new segment and a first jump of the clock backwards start a new part:
+//! A gap (more than 1.5 median steps of its segment), a new segment and a first jump of the clock backwards start a new part:
 //! nothing is interpolated across them.
 
 use std::io::Read;
@@ -221,12 +221,12 @@ impl Rows<'_> {
         let (mut kept, mut before, mut jumped) = (1, 0, false);
         let mut row = 1;
         while row < time.len() {
-            if segment.is_none() && is_kept.is_empty() && steps.is_even {
+            if segment.is_none() && is_kept.is_empty() && steps.are_even {
                 // nothing to be found in what is left
                 kept += time.len() - row;
                 break;
             }
-            let (from_s, to_s) = (time[before], time[row]);
+            let (from_s, to_s, step_s) = (time[before], time[row], steps.median_s(row));
             let place = || self.places.place(row);
             let mut drop = |fault, losses: &mut Losses| {
                 if is_kept.is_empty() {
@@ -246,7 +246,7 @@ impl Rows<'_> {
             } else if let Some(after_s) = after_s
                 && after_s > from_s
                 && (to_s < from_s || to_s > after_s)
-                && !steps.is_gap(after_s - from_s - steps.median_s)
+                && after_s - from_s <= (GAP_STEPS + 1.0) * step_s
             {
                 drop(Fault::TimeOutOfOrder { from_s, time_s: to_s, to_s: after_s }, losses);
                 row += 1;
@@ -259,9 +259,9 @@ impl Rows<'_> {
                 jumped = true;
                 losses.note(place(), Some("time_s"), Fault::ClockJump { from_s, to_s }, Cost::AsSaid);
                 Some(Break::ClockJump)
-            } else if steps.is_gap(to_s - from_s) {
+            } else if to_s - from_s > GAP_STEPS * step_s {
                 losses.gaps += 1;
-                let fault = Fault::Gap { missing_s: to_s - from_s - steps.median_s, step_s: steps.median_s };
+                let fault = Fault::Gap { missing_s: to_s - from_s - step_s, step_s };
                 losses.note(place(), Some("time_s"), fault, Cost::AsSaid);
                 Some(Break::Gap)
             } else {
@@ -288,33 +288,53 @@ impl Rows<'_> {
 
 /// The steps of time within segments.
 struct Steps {
-    /// The median of those that rise.
-    median_s: f64,
+    /// Where a segment ends and the median of those of its steps that rise. Each has its own: a profile may be recorded
+    /// faster where more happens.
+    medians: Vec<(usize, f64)>,
     /// Whether none is a gap and all rise.
-    is_even: bool,
+    are_even: bool,
 }
 
 impl Steps {
     /// `None` without a row.
     fn of(time: &[f64], segment: Option<&[f64]>) -> Option<Self> {
         time.first()?;
-        let same = |n: usize| segment.is_none_or(|s| s[n] == s[n + 1] || (s[n].is_nan() && s[n + 1].is_nan()));
-        let steps = || time.windows(2).enumerate().filter(|(n, _)| same(*n)).map(|(_, w)| w[1] - w[0]);
+        let mut steps = Steps { medians: Vec::new(), are_even: true };
+        let mut from = 0;
+        while from < time.len() {
+            let end = match segment {
+                Some(segment) => {
+                    let other = |number: &f64| *number != segment[from] && !(number.is_nan() && segment[from].is_nan());
+                    segment[from..].iter().position(other).map_or(time.len(), |rows| from + rows)
+                }
+                None => time.len(),
+            };
+            let step_s = steps.median(&time[from..end]);
+            steps.medians.push((end, step_s));
+            from = end;
+        }
+        Some(steps)
+    }
+
+    /// The median of one segment; anything between its shortest and its longest where that decides nothing.
+    fn median(&mut self, time: &[f64]) -> f64 {
+        let steps = || time.windows(2).map(|w| w[1] - w[0]);
         let (least, most) =
             steps().fold((f64::INFINITY, 0.0f64), |(least, most), step| (least.min(step), most.max(step)));
         // the median lies between: no need to look for it
         if least > 0.0 && most <= GAP_STEPS * least {
-            return Some(Steps { median_s: least, is_even: true });
+            return least;
         }
+        self.are_even = false;
         let mut rising: Vec<f64> = steps().filter(|step| *step > 0.0).collect();
         let middle = rising.len() / 2;
-        let median_s =
-            if rising.is_empty() { f64::INFINITY } else { *rising.select_nth_unstable_by(middle, f64::total_cmp).1 };
-        Some(Steps { median_s, is_even: false })
+        if rising.is_empty() { f64::INFINITY } else { *rising.select_nth_unstable_by(middle, f64::total_cmp).1 }
     }
 
-    fn is_gap(&self, step_s: f64) -> bool {
-        !self.is_even && step_s > GAP_STEPS * self.median_s
+    /// Usual step of the segment of a row.
+    fn median_s(&self, row: usize) -> f64 {
+        let segment = self.medians.partition_point(|(end, _)| *end <= row);
+        self.medians.get(segment).map_or(f64::INFINITY, |(_, step_s)| *step_s)
     }
 }
 
@@ -579,6 +599,11 @@ mod tests {
         assert_eq!(got, Vec::<String>::new());
         assert_eq!(breaks(&run), [(0, Break::Start), (100, Break::Segment), (200, Break::Segment)]);
         assert_eq!(run.parts[2].segment, Some(2));
+        // every segment may have a rate of its own
+        let slower: String = (0..300).map(|n| format!("{},{n},0.1,{}\n", n / 250, n * (1 + 9 * (n / 250)))).collect();
+        let (run, losses, got) = messages(&format!("segment,drag_force_n,velocity_m_s,time_s\n{slower}"));
+        assert_eq!((losses.gaps, got), (0, Vec::new()));
+        assert_eq!(breaks(&run), [(0, Break::Start), (250, Break::Segment)]);
         let (_, _, got) = messages(&text.replace("\n1,150,", "\n1.5,150,"));
         assert_eq!(got[0], "line 152: column segment: \"1.5\" is not a whole number; the row is left out");
     }

@@ -1,6 +1,6 @@
 //! Columns as they are asked for and as they come out of a file, whatever its kind.
 
-use super::{Fault, Losses, Mapping, Place, Selection, Unusable};
+use super::{Losses, Mapping, Place, Selection, Unusable};
 
 /// What an empty or a spoilt cell of a column costs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -231,41 +231,6 @@ impl Places {
     pub(super) fn place(&self, row: usize) -> Place {
         let at = self.line(row);
         if self.are_rows { Place::Row(at) } else { Place::Line(at) }
-    }
-}
-
-/// At most this many bytes of a cell are told.
-const TOLD_BYTES: usize = 40;
-
-/// A cell for a message: whatever bytes it holds, and not longer than a person reads.
-pub(super) fn told(cell: &[u8]) -> String {
-    if cell.len() <= TOLD_BYTES {
-        return String::from_utf8_lossy(cell).into_owned();
-    }
-    String::from_utf8_lossy(&cell[..TOLD_BYTES]).into_owned() + "..."
-}
-
-/// A cell as a number, `None` when it is empty.
-///
-/// # Errors
-/// [`Fault`] when it is no finite number.
-pub(super) fn number(cell: &[u8], comma: bool) -> Result<Option<f64>, Fault> {
-    let cell = cell.trim_ascii();
-    if cell.is_empty() {
-        return Ok(None);
-    }
-    if cell.contains(&0) {
-        return Err(Fault::ZeroBytes);
-    }
-    let parsed = match std::str::from_utf8(cell) {
-        Ok(text) if comma && text.contains(',') => text.replace(',', ".").parse::<f64>().ok(),
-        Ok(text) => text.parse::<f64>().ok(),
-        Err(_) => None,
-    };
-    match parsed {
-        Some(number) if number.is_finite() => Ok(Some(number)),
-        Some(_) => Err(Fault::NotFinite { cell: told(cell) }),
-        None => Err(Fault::NotANumber { cell: told(cell) }),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use memchr::{memchr, memchr_iter};
 
+use super::cell::cells;
 use super::columns::Header;
 use super::{Fault, Unusable};
 
@@ -120,24 +121,4 @@ fn has_decimal_comma(rows: &[u8]) -> bool {
     rows.split(|byte| *byte == b'\n')
         .take(LOOKED_AT)
         .any(|line| line.windows(3).any(|w| w[1] == b',' && w[0].is_ascii_digit() && w[2].is_ascii_digit()))
-}
-
-/// The cells of a line without its line end. A quoted cell may hold the separator, but no line end.
-pub(super) fn cells(line: &[u8], separator: u8) -> Vec<std::borrow::Cow<'_, [u8]>> {
-    if memchr(b'"', line).is_none() {
-        return line.split(|byte| *byte == separator).map(Into::into).collect();
-    }
-    let mut reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .delimiter(separator)
-        .trim(csv::Trim::All)
-        .buffer_capacity(line.len().max(1))
-        .from_reader(line);
-    let mut record = csv::ByteRecord::new();
-    // reading from memory cannot fail, and what a quote that is never closed swallows is told as a short row
-    match reader.read_byte_record(&mut record) {
-        Ok(true) => record.iter().map(|cell| cell.to_vec().into()).collect(),
-        _ => Vec::new(),
-    }
 }

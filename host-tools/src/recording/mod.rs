@@ -11,6 +11,7 @@
 //! what is left is used. Only a file of which nothing can be used is an error ([`Unusable`]).
 
 pub mod axis;
+mod cell;
 mod columns;
 mod dialect;
 mod losses;
@@ -25,7 +26,7 @@ pub mod whole;
 mod write;
 
 use std::fs::File;
-use std::io::{Read, stdin};
+use std::io::{Read, Seek, SeekFrom, stdin};
 use std::path::Path;
 
 use simulation::run::Run;
@@ -41,6 +42,9 @@ pub type Progress<'a> = &'a (dyn Fn(u64, u64) + Sync);
 
 /// A [`Progress`] that says nothing.
 pub fn silent(_done: u64, _of: u64) {}
+
+/// Below this a second thread costs more than it saves, bytes.
+const PIECE: usize = 1 << 20;
 
 /// Reads a run of an axis. The path `-` is standard input.
 ///
@@ -74,9 +78,31 @@ fn load(path: &Path) -> Result<(String, Vec<u8>), Unusable> {
     }
 }
 
+/// The bytes of a file, read by several threads.
 fn whole(path: &Path) -> std::io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    File::open(path)?.read_to_end(&mut bytes)?;
+    let mut file = File::open(path)?;
+    let (meta, threads) = (file.metadata()?, std::thread::available_parallelism().map_or(1, usize::from));
+    let length = usize::try_from(meta.len()).unwrap_or(0);
+    if meta.is_file() && length > threads * PIECE {
+        let mut bytes = vec![0; length];
+        let share = length.div_ceil(threads);
+        let read = std::thread::scope(|scope| {
+            let read = |(n, piece): (usize, &mut [u8])| -> std::io::Result<()> {
+                let mut file = File::open(path)?;
+                file.seek(SeekFrom::Start((n * share) as u64))?;
+                file.read_exact(piece)
+            };
+            let running: Vec<_> =
+                bytes.chunks_mut(share).enumerate().map(|piece| scope.spawn(move || read(piece))).collect();
+            // a file that shrinks meanwhile, or a thread that cannot read, is tried once more as a whole
+            running.into_iter().all(|thread| matches!(thread.join(), Ok(Ok(()))))
+        });
+        if read {
+            return Ok(bytes);
+        }
+    }
+    let mut bytes = Vec::with_capacity(length);
+    file.read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 

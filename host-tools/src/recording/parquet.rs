@@ -4,33 +4,30 @@
 //! A null is "not measured". Numbers of any physical type are read as `f64`; nested columns and decimals are not.
 //! What is wrong with a value is told with the number of its row, the first is 1.
 
-use std::io::Write;
+mod writer;
+
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
 use bytes::Bytes;
-use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
+use parquet::basic::{LogicalType, Type as Physical};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
-use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType};
+use parquet::data_type::DataType;
 use parquet::errors::ParquetError;
-use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use parquet::file::reader::{FileReader, SerializedFileReader};
-use parquet::file::writer::SerializedFileWriter;
-use parquet::schema::types::{ColumnDescriptor, Type};
+use parquet::schema::types::ColumnDescriptor;
 
 use super::columns::{Header, Need, Numbers, Places, Wanted};
-use super::write::{Cells, Column};
 use super::{Cost, Fault, Losses, Progress, Selection, Unusable};
+
+pub(super) use writer::write;
 
 /// What every Parquet file starts with.
 pub(super) const MAGIC: &[u8] = b"PAR1";
 
 /// Rows that are decoded at once: they stay in the cache.
 const BATCH: usize = 1 << 14;
-
-/// Rows of a row group in files that are written. Several a file, so that several threads can read one.
-const GROUP_ROWS: usize = 1 << 18;
 
 /// Stands for a null until it has been told from a value that is no number.
 const NULL: u64 = 0x7ff8_0000_6e75_6c6c;
@@ -42,6 +39,8 @@ fn is_null(value: f64) -> bool {
 /// A Parquet file in memory.
 pub(super) struct Table {
     header: Header,
+    /// bytes of the file
+    length: u64,
     reader: SerializedFileReader<Bytes>,
 }
 
@@ -53,7 +52,7 @@ impl Table {
         check_places(&reader, length).map_err(|why| broken(file, &why))?;
         let schema = reader.metadata().file_metadata().schema_descr();
         let names = schema.columns().iter().map(|column| column.path().string()).collect();
-        Ok(Table { header: Header { file: file.to_owned(), names, line: None }, reader })
+        Ok(Table { header: Header { file: file.to_owned(), names, line: None }, length, reader })
     }
 
     /// The names of the columns.
@@ -167,7 +166,8 @@ impl Table {
                 let task = tasks.lock().unwrap_or_else(PoisonError::into_inner).pop();
                 let Some((group, wanted, slice)) = task else { return Ok(()) };
                 guarded(|| decode(self.reader.get_row_group(group)?.get_column_reader(wanted.place)?, slice, wanted))?;
-                progress(done.fetch_add(1, Ordering::Relaxed) + 1, of);
+                let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+                progress(self.length / of * done, self.length);
             }
         };
         let threads = std::thread::available_parallelism().map_or(1, usize::from).min(of.max(1) as usize);
@@ -374,70 +374,18 @@ fn each<T: DataType>(mut reader: ColumnReaderImpl<T>, mut put: impl FnMut(Option
     }
 }
 
-/// Writes columns as a Parquet file: numbers as doubles, NaN as null, texts as UTF-8; Snappy.
-///
-/// # Errors
-/// Those of the writer.
-pub(super) fn write(out: impl Write + Send, columns: &[Column]) -> Result<(), ParquetError> {
-    let field = |column: &Column| -> Result<_, ParquetError> {
-        let (physical, logical, repetition) = match column.cells {
-            Cells::Numbers(numbers) if numbers.iter().any(|v| v.is_nan()) => {
-                (Physical::DOUBLE, None, Repetition::OPTIONAL)
-            }
-            Cells::Numbers(_) => (Physical::DOUBLE, None, Repetition::REQUIRED),
-            Cells::Texts(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String), Repetition::REQUIRED),
-        };
-        let field = Type::primitive_type_builder(column.name, physical).with_repetition(repetition);
-        Ok(Arc::new(field.with_logical_type(logical).build()?))
-    };
-    let fields = columns.iter().map(field).collect::<Result<Vec<_>, _>>()?;
-    let schema = Arc::new(Type::group_type_builder("recording").with_fields(fields).build()?);
-    // samples hardly ever repeat: a dictionary would be built in vain
-    let properties = WriterProperties::builder()
-        .set_compression(Compression::SNAPPY)
-        .set_dictionary_enabled(false)
-        .set_statistics_enabled(EnabledStatistics::Chunk)
-        .build();
-    let mut writer = SerializedFileWriter::new(out, schema, Arc::new(properties))?;
-    let rows = columns.first().map_or(0, |column| column.cells.len());
-    let mut from = 0;
-    while from < rows {
-        let to = rows.min(from + GROUP_ROWS);
-        let mut group = writer.next_row_group()?;
-        for column in columns {
-            let Some(mut into) = group.next_column()? else { break };
-            match column.cells {
-                Cells::Numbers(numbers) => {
-                    let numbers = &numbers[from..to];
-                    let levels: Vec<i16> = numbers.iter().map(|v| i16::from(!v.is_nan())).collect();
-                    let measured: Vec<f64>;
-                    let values = if levels.contains(&0) {
-                        measured = numbers.iter().copied().filter(|v| !v.is_nan()).collect();
-                        &measured
-                    } else {
-                        numbers
-                    };
-                    into.typed::<DoubleType>().write_batch(values, Some(&levels), None)?;
-                }
-                Cells::Texts(texts) => {
-                    let texts: Vec<_> = texts[from..to].iter().map(|text| ByteArray::from(&**text)).collect();
-                    into.typed::<ByteArrayType>().write_batch(&texts, None, None)?;
-                }
-            }
-            into.close()?;
-        }
-        group.close()?;
-        from = to;
-    }
-    writer.close()?;
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
-    use parquet::data_type::{FloatType, Int32Type};
+    use std::sync::Arc;
 
-    use super::super::{Mapping, Place, axis, silent, table};
+    use parquet::basic::{Compression, Repetition};
+    use parquet::data_type::{DoubleType, FloatType, Int32Type};
+    use parquet::file::properties::WriterProperties;
+    use parquet::file::writer::SerializedFileWriter;
+    use parquet::schema::types::Type;
+
+    use super::super::{Cells, Column, Mapping, Place, axis, silent, table};
+    use super::writer::GROUP_ROWS;
     use super::*;
 
     fn file(columns: &[Column]) -> Vec<u8> {

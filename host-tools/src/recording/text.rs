@@ -6,16 +6,15 @@
 //! `f64`. What comes out does not depend on the number of pieces.
 
 use std::ops::Range;
+use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use memchr::{memchr, memchr_iter, memchr2, memrchr};
 
-use super::columns::{Header, Need, Numbers, Places, Wanted, number, told};
-use super::dialect::{Dialect, Opening, cells, opening};
-use super::{Cost, Fault, Losses, Place, Progress, Selection, Unusable};
-
-/// Below this a second thread costs more than it saves, bytes.
-const PIECE: usize = 1 << 20;
+use super::cell::{cells, is_whole, plain, told, value};
+use super::columns::{Header, Need, Numbers, Places, Wanted};
+use super::dialect::{Dialect, Opening, opening};
+use super::{Cost, Fault, Losses, PIECE, Place, Progress, Selection, Unusable};
 
 /// Lines between two calls of the progress.
 const PROGRESS_LINES: u64 = 1 << 15;
@@ -52,25 +51,16 @@ pub(super) fn read_in(
     let done = AtomicU64::new(rows as u64);
     let tell = |more: usize| progress(done.fetch_add(more as u64, Ordering::Relaxed) + more as u64, of);
     let pieces = cut(body, pieces(body.len()).max(1));
-    let read: Vec<Piece> = std::thread::scope(|scope| {
-        let (first, others) = pieces.split_first().map_or((None, &[][..]), |(first, others)| (Some(first), others));
-        let (plan, tell) = (&plan, &tell);
-        let others: Vec<_> =
-            others.iter().map(|piece| scope.spawn(move || plan.piece(body, piece.clone(), tell))).collect();
-        let first = first.map(|piece| plan.piece(body, piece.clone(), tell));
-        first
-            .into_iter()
-            .chain(others.into_iter().map(|other| match other.join() {
-                Ok(piece) => piece,
-                Err(panic) => std::panic::resume_unwind(panic),
-            }))
-            .collect()
-    });
+    let lines = at_once(pieces.clone(), &|piece| lines(&body[piece]));
+    // zeroed memory is set aside only where a thread writes to it
+    let mut columns: Vec<Vec<f64>> = wanted.iter().map(|_| vec![0.0; lines.iter().sum()]).collect();
+    let tasks = pieces.into_iter().zip(shares(&mut columns, &lines)).collect();
+    let read = at_once(tasks, &|(piece, mut into)| plan.piece(body, piece, &mut into, &tell));
     if let Some(missed) = plan.nothing_selected(&header, &read, body) {
         return Err(missed);
     }
     drop(bytes);
-    let mut numbers = join(read, wanted.len(), line);
+    let mut numbers = join(read, columns, &lines, line);
     if let Some(fault) = dialect.told() {
         let mut said = Losses::default();
         said.note(Place::Line(line), None, fault, Cost::AsSaid);
@@ -90,9 +80,39 @@ fn cut(body: &[u8], pieces: usize) -> Vec<Range<usize>> {
     cuts.windows(2).map(|w| w[0]..w[1]).collect()
 }
 
-/// What one thread has read. Lines are counted from 0 at the start of its piece.
+/// Does every task on a thread of its own, the first on this one.
+fn at_once<T: Send, R: Send>(tasks: Vec<T>, work: &(impl Fn(T) -> R + Sync)) -> Vec<R> {
+    std::thread::scope(|scope| {
+        let mut tasks = tasks.into_iter();
+        let first = tasks.next();
+        let others: Vec<_> = tasks.map(|task| scope.spawn(move || work(task))).collect();
+        let first = first.map(work);
+        let others = others.into_iter().map(|other| other.join().unwrap_or_else(|panic| resume_unwind(panic)));
+        first.into_iter().chain(others).collect()
+    })
+}
+
+/// Lines of a text; the last one may lack its end.
+fn lines(text: &[u8]) -> usize {
+    memchr_iter(b'\n', text).count() + usize::from(text.last().is_some_and(|byte| *byte != b'\n'))
+}
+
+/// Of every column the rows that each piece may fill: as many as it has lines.
+fn shares<'a>(columns: &'a mut [Vec<f64>], lines: &[usize]) -> Vec<Vec<&'a mut [f64]>> {
+    let mut shares: Vec<Vec<_>> = lines.iter().map(|_| Vec::new()).collect();
+    for column in columns {
+        let mut rest = &mut column[..];
+        for (share, lines) in shares.iter_mut().zip(lines) {
+            let (own, others) = rest.split_at_mut(*lines);
+            share.push(own);
+            rest = others;
+        }
+    }
+    shares
+}
+
+/// What one thread has read beside the numbers. Lines are counted from 0 at the start of its piece.
 struct Piece {
-    columns: Vec<Vec<f64>>,
     places: Places,
     lines: u64,
     losses: Losses,
@@ -100,12 +120,23 @@ struct Piece {
     spoilt: Vec<u64>,
 }
 
-/// Puts pieces together; the header stands in `line`.
-fn join(pieces: Vec<Piece>, width: usize, line: u64) -> Numbers {
+/// Puts pieces together, each of which could have filled as many rows as it has `lines`; the header stands in `line`.
+fn join(pieces: Vec<Piece>, mut columns: Vec<Vec<f64>>, lines: &[usize], line: u64) -> Numbers {
+    let (mut from, mut to) = (0, 0);
+    for (piece, lines) in pieces.iter().zip(lines) {
+        let rows = piece.places.len();
+        if from != to {
+            columns.iter_mut().for_each(|column| column.copy_within(from..from + rows, to));
+        }
+        (from, to) = (from + lines, to + rows);
+    }
+    for column in &mut columns {
+        column.truncate(to);
+        column.shrink_to_fit();
+    }
     let mut numbers =
-        Numbers { columns: Vec::new(), places: Places::default(), losses: Losses::default(), spoilt: vec![0; width] };
+        Numbers { spoilt: vec![0; columns.len()], columns, places: Places::default(), losses: Losses::default() };
     let mut first = line + 1;
-    let mut parts: Vec<Vec<Vec<f64>>> = (0..width).map(|_| Vec::new()).collect();
     for mut piece in pieces {
         for problem in &mut piece.losses.problems {
             if let Place::Line(line) = &mut problem.place {
@@ -116,23 +147,7 @@ fn join(pieces: Vec<Piece>, width: usize, line: u64) -> Numbers {
         numbers.spoilt.iter_mut().zip(&piece.spoilt).for_each(|(all, spoilt)| *all += spoilt);
         numbers.places.append(&piece.places, first);
         first += piece.lines;
-        for (part, column) in parts.iter_mut().zip(piece.columns) {
-            part.push(column);
-        }
     }
-    // column after column, so that only one is there twice
-    numbers.columns = parts
-        .into_iter()
-        .map(|part| {
-            let rows: usize = part.iter().map(Vec::len).sum();
-            let mut part = part.into_iter();
-            let mut whole = part.next().unwrap_or_default();
-            whole.reserve_exact(rows - whole.len());
-            part.for_each(|more| whole.extend_from_slice(&more));
-            whole.shrink_to_fit();
-            whole
-        })
-        .collect();
     numbers
 }
 
@@ -191,14 +206,16 @@ impl<'a> Plan<'a> {
         Ok(Plan { dialect, cells, sources, numbers, wanted, selections, selected })
     }
 
-    fn piece(&self, body: &[u8], piece: Range<usize>, tell: &(impl Fn(usize) + Sync)) -> Piece {
+    /// Reads a piece of the rows into its share of the columns.
+    fn piece(
+        &self,
+        body: &[u8],
+        piece: Range<usize>,
+        into: &mut [&mut [f64]],
+        tell: &(impl Fn(usize) + Sync),
+    ) -> Piece {
         let (begin, text) = (piece.start, &body[piece]);
-        // memory that is reserved and never touched costs nothing; growing costs a copy
-        let start = &text[..text.len().min(PIECE / 16)];
-        let rows = memchr_iter(b'\n', start).count() * (text.len() / start.len().max(1) + 1);
-        let rows = (rows + rows / 16).min(text.len() / self.cells.len()) + 1;
         let mut piece = Piece {
-            columns: self.wanted.iter().map(|_| Vec::with_capacity(rows)).collect(),
             places: Places::default(),
             lines: 0,
             losses: Losses::default(),
@@ -216,8 +233,9 @@ impl<'a> Plan<'a> {
             };
             at += match row {
                 Row::Plain(bytes) => {
-                    for ((wanted, source), column) in self.wanted.iter().zip(&self.sources).zip(&mut piece.columns) {
-                        column.push(wanted.value(numbers[*source]));
+                    let row = piece.places.len();
+                    for ((wanted, source), column) in self.wanted.iter().zip(&self.sources).zip(&mut *into) {
+                        column[row] = wanted.value(numbers[*source]);
                     }
                     piece.places.push(piece.lines);
                     piece.losses.rows += 1;
@@ -227,7 +245,7 @@ impl<'a> Plan<'a> {
                 Row::Odd => {
                     let end = memchr(b'\n', rest);
                     let bytes = end.unwrap_or(rest.len());
-                    self.slow(&rest[..bytes], end.is_none().then(|| above(body, begin + at)), &mut piece);
+                    self.slow(&rest[..bytes], end.is_none().then(|| above(body, begin + at)), into, &mut piece);
                     bytes + usize::from(end.is_some())
                 }
             };
@@ -253,13 +271,17 @@ impl<'a> Plan<'a> {
             }
             let start = at;
             match cell.source {
-                Some(source) => match plain(&text[at..]) {
-                    Some((number, bytes)) => {
-                        numbers[source] = number;
-                        at += bytes;
+                Some(source) => {
+                    let is_quoted = text.get(at) == Some(&b'"') && !cell.chooses;
+                    at += usize::from(is_quoted);
+                    let (number, bytes) = plain(&text[at..]).unwrap_or((f64::NAN, 0));
+                    numbers[source] = number;
+                    at += bytes;
+                    if is_quoted && text.get(at) != Some(&b'"') {
+                        return Row::Odd;
                     }
-                    None => numbers[source] = f64::NAN,
-                },
+                    at += usize::from(is_quoted);
+                }
                 None if text.get(at) == Some(&b'"') => return Row::Odd,
                 None => match memchr2(separator, b'\n', &text[at..]) {
                     Some(bytes) => at += bytes,
@@ -289,7 +311,7 @@ impl<'a> Plan<'a> {
             let is_sound = if value.is_nan() {
                 wanted.need != Need::Everywhere
             } else {
-                value.is_finite() && (!wanted.whole || value.fract() == 0.0)
+                value.is_finite() && (!wanted.whole || is_whole(value))
             };
             if !is_sound {
                 return Row::Odd;
@@ -307,7 +329,7 @@ impl<'a> Plan<'a> {
     }
 
     /// A row that is not plain. `above` is the line before it where this one has no line end.
-    fn slow(&self, line: &[u8], above: Option<&[u8]>, piece: &mut Piece) {
+    fn slow(&self, line: &[u8], above: Option<&[u8]>, into: &mut [&mut [f64]], piece: &mut Piece) {
         let text = line.trim_ascii();
         if text.is_empty() || text.starts_with(b"#") {
             return;
@@ -354,8 +376,8 @@ impl<'a> Plan<'a> {
             let column = self.wanted.iter().find(|wanted| wanted.place + 1 == expected);
             return piece.losses.reject(place, column.map(|wanted| &*wanted.told), fault);
         }
-        for (column, value) in piece.columns.iter_mut().zip(row) {
-            column.push(value);
+        for (column, value) in into.iter_mut().zip(row) {
+            column[piece.places.len()] = value;
         }
         piece.places.push(piece.lines);
     }
@@ -410,68 +432,6 @@ fn with_points(cell: &[u8]) -> Vec<u8> {
 fn above(text: &[u8], at: usize) -> &[u8] {
     let before = &text[..at.saturating_sub(1)];
     &before[memrchr(b'\n', before).map_or(0, |end| end + 1)..]
-}
-
-/// The value of a cell; NaN where it is empty and may be.
-fn value(cell: &[u8], comma: bool, wanted: &Wanted) -> Result<f64, Fault> {
-    let Some(cell_value) = number(cell, comma)? else {
-        return if wanted.need == Need::Everywhere { Err(Fault::NotMeasured) } else { Ok(f64::NAN) };
-    };
-    let value = wanted.value(cell_value);
-    if !value.is_finite() {
-        return Err(Fault::NotFinite { cell: told(cell.trim_ascii()) });
-    }
-    if wanted.whole && value.fract() != 0.0 {
-        return Err(Fault::NotWhole { cell: told(cell.trim_ascii()) });
-    }
-    Ok(value)
-}
-
-/// Powers of ten that `f64` holds exactly.
-const TENS: [f64; 23] = [
-    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
-    1e21, 1e22,
-];
-
-/// A finite number at the start of a text, and how many bytes it takes.
-///
-/// Digits that fit 53 bits over a power of ten that is exact are divided once, so the result is the nearest
-/// (W. D. Clinger, How to read floating point numbers accurately, 1990); all others are left to the library.
-#[inline]
-fn plain(text: &[u8]) -> Option<(f64, usize)> {
-    let mut at = usize::from(text.first() == Some(&b'-'));
-    let (is_negative, start) = (at == 1, at);
-    let mut mantissa = 0u64;
-    let mut digit = |at: &mut usize| {
-        let digit = text.get(*at).copied().unwrap_or(0).wrapping_sub(b'0');
-        if digit < 10 {
-            mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(digit));
-            *at += 1;
-        }
-        digit < 10
-    };
-    while digit(&mut at) {}
-    let (mut digits, mut decimals) = (at - start, 0);
-    if text.get(at) == Some(&b'.') {
-        at += 1;
-        let point = at;
-        while digit(&mut at) {}
-        decimals = at - point;
-        digits += decimals;
-    }
-    let is_short = (1..=19).contains(&digits) && mantissa <= 1 << 53;
-    if is_short && !matches!(text.get(at), Some(b'e' | b'E')) {
-        let number = mantissa as f64 / TENS[decimals];
-        return Some((if is_negative { -number } else { number }, at));
-    }
-    // an empty cell is the usual reason to come here
-    if digits == 0 && matches!(text.get(at), Some(b',' | b';' | b'\n' | b'\r')) {
-        return None;
-    }
-    match fast_float2::parse_partial::<f64, _>(text) {
-        Ok((number, bytes)) if number.is_finite() => Some((number, bytes)),
-        _ => None,
-    }
 }
 
 #[cfg(test)]
@@ -570,19 +530,22 @@ mod tests {
         let Opening { dialect, header, line, rows } = opening("a.csv", text.as_bytes())?;
         let wanted = choose(&header)?;
         let plan = Plan::new(&header, dialect, &wanted, selections)?;
-        let mut piece = plan.piece(b"", 0..0, &|_| {});
         let (body, mut at) = (&text.as_bytes()[rows..], 0);
+        let all = [lines(body)];
+        let mut columns = vec![vec![0.0; all[0]]; wanted.len()];
+        let mut into: Vec<_> = columns.iter_mut().map(|column| &mut column[..]).collect();
+        let mut piece = plan.piece(b"", 0..0, &mut into, &|_| {});
         while at < body.len() {
             let end = memchr(b'\n', &body[at..]);
             let line = &body[at..end.map_or(body.len(), |end| at + end)];
-            plan.slow(line, end.is_none().then(|| above(body, at)), &mut piece);
+            plan.slow(line, end.is_none().then(|| above(body, at)), &mut into, &mut piece);
             piece.lines += 1;
             at += line.len() + 1;
         }
         if let Some(missed) = plan.nothing_selected(&header, std::slice::from_ref(&piece), body) {
             return Err(missed);
         }
-        let mut numbers = join(vec![piece], wanted.len(), line);
+        let mut numbers = join(vec![piece], columns, &all, line);
         if let Some(fault) = dialect.told() {
             let mut said = Losses::default();
             said.note(Place::Line(line), None, fault, Cost::AsSaid);
@@ -618,20 +581,6 @@ mod tests {
         }
         // the test would be empty if the files were all sound, or none was
         assert!(rows > 50_000 && lost > rows / 20 && lost < rows / 2 && refused < 100, "{rows} {lost} {refused}");
-    }
-
-    #[test]
-    fn plain_numbers_are_the_nearest() {
-        let mut random = Random(7);
-        let mut told = 0;
-        for _ in 0..300_000 {
-            let cell = random.cell();
-            let Some((number, bytes)) = plain(cell.as_bytes()) else { continue };
-            let expected: f64 = cell[..bytes].parse().expect("a number");
-            assert_eq!(number.to_bits(), expected.to_bits(), "{cell}");
-            told += 1;
-        }
-        assert!(told > 200_000, "{told}");
     }
 
     #[test]

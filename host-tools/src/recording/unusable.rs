@@ -165,6 +165,12 @@ impl Unusable {
         matches!(self, Unusable::UnknownName { .. } | Unusable::MappedTwice { .. })
     }
 
+    /// Whether the file could be read as such, and only what it holds is of no use: too few rows, a force that never
+    /// changes, units that cannot be meant.
+    pub fn was_read(&self) -> bool {
+        matches!(self, Unusable::TooFew { .. } | Unusable::ConstantForce { .. } | Unusable::Units { .. })
+    }
+
     pub(super) fn too_few(file: &str, used: usize, what: &'static str, needed: usize, losses: &Losses) -> Self {
         let first = losses.problems.first().map_or_else(String::new, |p| format!("; first problem: {p}"));
         Unusable::TooFew { file: file.to_owned(), used, what, rows: losses.rows, needed, first }

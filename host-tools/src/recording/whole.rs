@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use super::columns::{Header, Need, Numbers, Wanted, check_once, number};
-use super::dialect::{Opening, cells, opening};
+use super::cell::{cells, number};
+use super::columns::{Header, Need, Numbers, Wanted, check_once};
+use super::dialect::{Opening, opening};
 use super::write::{Cells, Column};
 use super::{Losses, Mapping, Progress, Selection, Unusable, axis, load, parquet, text};
 
@@ -30,12 +31,15 @@ enum Values {
 
 impl Whole {
     /// The columns, ready to be written.
-    pub fn columns(&self) -> Vec<Column<'_>> {
-        let cells = |values| match values {
-            &Values::Numbers(ref numbers) => Cells::Numbers(numbers),
-            &Values::Texts(ref texts) => Cells::Texts(texts),
+    pub fn columns<'a>(&'a self) -> Vec<Column<'a>> {
+        let column = |(name, values): &'a (String, Values)| Column {
+            name,
+            cells: match values {
+                Values::Numbers(numbers) => Cells::Numbers(numbers),
+                Values::Texts(texts) => Cells::Texts(texts),
+            },
         };
-        self.columns.iter().map(|(name, values)| Column { name, cells: cells(values) }).collect()
+        self.columns.iter().map(column).collect()
     }
 
     /// Number of rows.
