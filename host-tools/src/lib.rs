@@ -21,6 +21,7 @@ pub mod decode;
 pub mod emulated;
 pub mod estimate;
 pub mod judgement;
+pub mod paper;
 pub mod parameters;
 pub mod recording;
 pub mod replay;

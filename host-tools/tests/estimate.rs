@@ -182,7 +182,7 @@ fn a_staircase_in_a_file_gives_its_preload() {
 #[test]
 #[ignore = "a measurement"]
 fn time_of_an_hour_at_one_kilohertz() {
-    let run = record(3_600_000, |t| if (t / 10.0) as u64 % 2 == 0 { 0.05 } else { -0.05 }, &Factors::default(), 0.5, 1);
+    let run = record(3_600_000, |t| if ((t / 10.0) as u64).is_multiple_of(2) { 0.05 } else { -0.05 }, &Factors::default(), 0.5, 1);
     for velocity in [true, false] {
         let run = if velocity { run.clone() } else { Run { velocity_m_s: None, ..run.clone() } };
         let start = Instant::now();

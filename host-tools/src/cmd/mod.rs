@@ -8,8 +8,10 @@ pub(crate) mod decode;
 pub(crate) mod demo;
 pub(crate) mod drag;
 pub(crate) mod estimate;
+pub(crate) mod paper;
 pub(crate) mod parameters;
 pub(crate) mod preload;
+pub(crate) mod progress;
 pub(crate) mod recordings;
 pub(crate) mod replay;
 
@@ -115,6 +117,8 @@ pub(crate) struct Input {
     pub(crate) name: String,
     /// Whether more may come later, so that output must not wait.
     pub(crate) is_live: bool,
+    /// Bytes in it, where that is known.
+    pub(crate) length: Option<u64>,
     /// The text.
     pub(crate) reader: Box<dyn BufRead>,
 }
@@ -122,10 +126,16 @@ pub(crate) struct Input {
 /// Opens an input.
 pub(crate) fn open(path: &Path) -> Result<Input, Failure> {
     if path == Path::new("-") {
-        return Ok(Input { name: "standard input".to_owned(), is_live: true, reader: Box::new(io::stdin().lock()) });
+        return Ok(Input {
+            name: "standard input".to_owned(),
+            is_live: true,
+            length: None,
+            reader: Box::new(io::stdin().lock()),
+        });
     }
     let file = File::open(path).map_err(|error| Failure::file(path, error))?;
-    Ok(Input { name: path.display().to_string(), is_live: false, reader: Box::new(BufReader::new(file)) })
+    let length = file.metadata().ok().filter(|meta| meta.is_file()).map(|meta| meta.len());
+    Ok(Input { name: path.display().to_string(), is_live: false, length, reader: Box::new(BufReader::new(file)) })
 }
 
 /// Standard output, buffered.

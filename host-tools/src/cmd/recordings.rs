@@ -1,13 +1,11 @@
 //! How a command is told which columns and rows of a recording it reads, and reading with a progress bar.
 
-use std::io::{IsTerminal, stderr};
 use std::path::Path;
-use std::time::Duration;
 
 use host_tools::recording::{self, Losses, Mapping, Progress, Selection, Unusable};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use simulation::run::Run;
 
+use super::progress::Bar;
 use super::{Failure, say};
 
 /// Which columns and rows of a recording are read.
@@ -21,7 +19,6 @@ pub(crate) struct RecordingArguments {
     pub(crate) selections: Vec<Selection>,
 }
 
-#[cfg_attr(not(feature = "emulator"), allow(dead_code, reason = "so far only the demo reads a run of an axis"))]
 impl RecordingArguments {
     /// Reads a run and says what was lost. `more` are mappings of a simulation file; the command line goes first.
     pub(crate) fn open(&self, path: &Path, more: &[Mapping]) -> Result<(Run, Losses), Failure> {
@@ -41,24 +38,8 @@ impl RecordingArguments {
     }
 }
 
-/// Reads something under a bar that appears when it takes long and standard error is a terminal.
+/// Reads something under a bar.
 pub(crate) fn with_progress<T>(path: &Path, read: impl FnOnce(Progress) -> Result<T, Unusable>) -> Result<T, Failure> {
-    if !stderr().is_terminal() {
-        return Ok(read(&recording::silent)?);
-    }
-    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
-    if let Ok(style) = ProgressStyle::with_template("{msg} {bar:30} {bytes} of {total_bytes}") {
-        bar.set_style(style);
-    }
-    bar.set_message(path.display().to_string());
-    let told = |done, of| {
-        // what is over at once needs no bar
-        if bar.elapsed() > Duration::from_secs(1) {
-            bar.set_length(of);
-            bar.set_position(done);
-        }
-    };
-    let result = read(&told);
-    bar.finish_and_clear();
-    Ok(result?)
+    let bar = Bar::of_bytes(&path.display().to_string());
+    Ok(read(&|done, of| bar.at(done, of))?)
 }
