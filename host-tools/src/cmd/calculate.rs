@@ -30,7 +30,7 @@ pub(super) struct Shared {
     /// Drag of the seals at that speed, N
     #[arg(long, value_name = "N")]
     seal_drag: Option<f64>,
-    /// Simulation file with the sections [guide] and [lubricant]; without it, the set zhou-2023
+    /// Simulation file, of which the guide and its lubricant are used; without it, the set zhou-2023
     #[arg(long, value_name = "FILE.toml")]
     guide: Option<PathBuf>,
     /// Print one JSON object

@@ -18,7 +18,7 @@ use super::{Failure, output, say};
 /// Preload over a whole recording, with its band
 ///
 /// Cuts the recording into windows of steady motion and inverts the drag law in each. The band is two
-/// standard deviations: noise of the force within the window, and what [tolerance] of the simulation file
+/// standard deviations: noise of the force within the window, and what the simulation file's tolerance
 /// says of friction and viscosity, which no longer recording makes smaller. A window that must not be
 /// trusted has a reason instead of a preload. With --staircase one preload is fitted to all speeds.
 #[derive(clap::Args)]
@@ -27,7 +27,7 @@ pub(crate) struct Arguments {
     /// Recording, CSV or Parquet; - is standard input
     #[arg(value_name = "RECORDING")]
     input: PathBuf,
-    /// Simulation file with the sections [guide] and [lubricant]; without it, the set zhou-2023
+    /// Simulation file with the guide, its lubricant and their tolerance; without it, the set zhou-2023
     #[arg(long, visible_alias = "simulation", value_name = "FILE.toml")]
     guide: Option<PathBuf>,
     /// Kinematic viscosity of the oil, cSt; goes before that of the file
