@@ -14,10 +14,12 @@
 #![forbid(unsafe_code)]
 
 pub mod batch;
+pub mod calculator;
 pub mod candump;
 pub mod decode;
 #[cfg(feature = "emulator")]
 pub mod emulated;
+pub mod estimate;
 pub mod judgement;
 pub mod paper;
 pub mod parameters;

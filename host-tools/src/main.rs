@@ -25,6 +25,9 @@ enum Command {
     Convert(cmd::convert::Arguments),
     Dbc(cmd::dbc::Arguments),
     Parameters(cmd::parameters::Arguments),
+    Preload(cmd::preload::Arguments),
+    Drag(cmd::drag::Arguments),
+    Estimate(cmd::estimate::Arguments),
     Paper(cmd::paper::Arguments),
     #[cfg(feature = "emulator")]
     Demo(cmd::demo::Arguments),
@@ -37,6 +40,9 @@ fn main() -> ExitCode {
         Command::Convert(arguments) => cmd::convert::run(arguments),
         Command::Dbc(arguments) => cmd::dbc::run(arguments),
         Command::Parameters(arguments) => cmd::parameters::run(arguments),
+        Command::Preload(arguments) => cmd::preload::run(&arguments),
+        Command::Drag(arguments) => cmd::drag::run(&arguments),
+        Command::Estimate(arguments) => cmd::estimate::run(&arguments),
         Command::Paper(arguments) => cmd::paper::run(arguments),
         #[cfg(feature = "emulator")]
         Command::Demo(arguments) => cmd::demo::run(arguments),

@@ -1,12 +1,16 @@
 //! One file a subcommand: parse arguments, call the library, print. And what all of them share.
 
+mod calculate;
 pub(crate) mod convert;
 pub(crate) mod dbc;
 pub(crate) mod decode;
 #[cfg(feature = "emulator")]
 pub(crate) mod demo;
+pub(crate) mod drag;
+pub(crate) mod estimate;
 pub(crate) mod paper;
 pub(crate) mod parameters;
+pub(crate) mod preload;
 pub(crate) mod progress;
 pub(crate) mod recordings;
 pub(crate) mod replay;

@@ -19,7 +19,6 @@ pub(crate) struct RecordingArguments {
     pub(crate) selections: Vec<Selection>,
 }
 
-#[cfg_attr(not(feature = "emulator"), allow(dead_code, reason = "so far only the demo reads a run of an axis"))]
 impl RecordingArguments {
     /// Reads a run and says what was lost. `more` are mappings of a simulation file; the command line goes first.
     pub(crate) fn open(&self, path: &Path, more: &[Mapping]) -> Result<(Run, Losses), Failure> {
