@@ -1,10 +1,11 @@
 //! The four constants of Eq. 19 from drag forces at known load.
 //!
 //! ```text
-//! F = 4 Z_b Q (μ_c + μ_v H + μ_s e^(-k_s H)) [+ F_s]       Zhou 2023, Eq. 6 and 19; F_s: seals, where they are fitted too
+//! F = 4 Z_b Q (μ_c + μ_v H + μ_s e^(-k_s H)) [+ F_s [+ f_s V]]       Zhou 2023, Eq. 6 and 19; F_s, f_s: seals
 //! ```
 //!
-//! μ_c, μ_v, μ_s and F_s enter linearly, k_s does not: χ² is looked through over all k_s that the Hersey numbers of the
+//! Strokes without load, or without seals, fix the drag of the seals; it is fitted along, so that its uncertainty is in
+//! that of the constants. All but k_s enter linearly: χ² is looked through over all k_s that the Hersey numbers of the
 //! data can show, then all constants are brought to the minimum together (Levenberg and Marquardt).
 
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
@@ -30,13 +31,25 @@ pub const DETERMINED: f64 = 0.4;
 /// Names of the constants, in the order of [`FrictionFit::values`].
 pub const NAMES: [&str; 4] = ["mu_coulomb", "mu_viscous", "mu_stribeck", "stribeck_exponent"];
 
-/// Whether a constant drag of the seals is fitted as well.
+/// Which drag of the seals is fitted along.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Seals {
-    /// The forces are free of it: measured, or there are none.
+    /// None: the forces are free of it.
     TakenOff,
-    /// It is a fifth constant.
-    Fitted,
+    /// A constant.
+    Constant,
+    /// A constant and a part that grows with speed.
+    WithSpeed,
+}
+
+impl Seals {
+    const fn columns(self) -> usize {
+        match self {
+            Seals::TakenOff => 0,
+            Seals::Constant => 1,
+            Seals::WithSpeed => 2,
+        }
+    }
 }
 
 /// Why no law could be fitted. The text says what is missing.
@@ -59,7 +72,9 @@ pub struct FrictionFit {
     pub friction: Friction,
     /// Constant drag of the seals, N, where it was fitted.
     pub seal_drag_n: Option<f64>,
-    /// Covariance of the constants in the order of [`NAMES`], then F_s.
+    /// Drag of the seals that grows with speed, N s/m, where it was fitted.
+    pub seal_viscous_n_s_m: Option<f64>,
+    /// Covariance of the constants in the order of [`NAMES`], then the seals'.
     pub covariance: DMatrix<f64>,
     /// Scatter of the cells.
     pub noise: Noise,
@@ -112,6 +127,7 @@ impl FrictionFit {
                 stribeck_exponent: parameters[3],
             },
             seal_drag_n: parameters.get(4).copied(),
+            seal_viscous_n_s_m: parameters.get(5).copied(),
             covariance,
             noise,
             chi2,
@@ -128,14 +144,41 @@ impl FrictionFit {
         [f.mu_coulomb, f.mu_viscous, f.mu_stribeck, f.stribeck_exponent]
     }
 
-    /// Standard deviation of a constant, in the order of [`NAMES`], then F_s.
+    /// Standard deviation of a constant, in the order of [`NAMES`], then the seals'.
     pub fn sigma(&self, n: usize) -> f64 {
         self.covariance[(n, n)].sqrt()
     }
 
+    /// A constant in the order of [`NAMES`], then the seals'; NaN for one that was not fitted.
+    pub fn constant(&self, n: usize) -> f64 {
+        let seals = [self.seal_drag_n, self.seal_viscous_n_s_m];
+        let seal = |n: usize| seals.get(n).copied().flatten().unwrap_or(f64::NAN);
+        self.values().get(n).copied().unwrap_or_else(|| seal(n - 4))
+    }
+
     /// Whether the data determine a constant, in the order of [`NAMES`], to better than [`DETERMINED`].
     pub fn is_determined(&self, n: usize) -> bool {
-        self.sigma(n) < DETERMINED * self.values()[n].abs()
+        self.sigma(n) < DETERMINED * self.constant(n).abs()
+    }
+
+    /// ∂(fitted/σ)/∂(constant): a row a cell, a column a constant in the order of the covariance.
+    pub fn tangent(&self) -> DMatrix<f64> {
+        let constants: Vec<f64> = (0..self.covariance.nrows()).map(|n| self.constant(n)).collect();
+        self.problem.jacobian(&constants)
+    }
+
+    /// Relative standard deviation of the friction coefficient at a Hersey number, from the constants' covariance.
+    pub fn friction_uncertainty(&self, hersey: f64) -> f64 {
+        let f = &self.friction;
+        let fallen = (-f.stribeck_exponent * hersey).exp();
+        let slope = [1.0, hersey, fallen, -f.mu_stribeck * hersey * fallen];
+        let mut variance = 0.0;
+        for (a, x) in slope.iter().enumerate() {
+            for (b, y) in slope.iter().enumerate() {
+                variance += x * y * self.covariance[(a, b)];
+            }
+        }
+        variance.max(0.0).sqrt() / f.coefficient(hersey).abs()
     }
 
     /// Degrees of freedom that are left.
@@ -144,29 +187,32 @@ impl FrictionFit {
     }
 }
 
-/// The problem: normal loads, Hersey numbers, forces.
+/// The problem: normal loads, Hersey numbers, seals, forces.
 #[derive(Clone, Debug)]
 pub(crate) struct Grid {
     normal: Vec<f64>,
     hersey: Vec<f64>,
+    /// 1 and the speed where the block wore seals, 0 where not.
+    seals: Vec<[f64; 2]>,
     forces: Vec<f64>,
     sigmas: Vec<f64>,
     /// Hersey numbers are counted in this unit, so that all columns are of one size.
     unit: f64,
-    seals: Seals,
+    fitted: Seals,
 }
 
 impl Grid {
-    fn of(cells: &[Cell], model: &Exact, scale: f64, seals: Seals) -> Self {
+    fn of(cells: &[Cell], model: &Exact, scale: f64, fitted: Seals) -> Self {
         let hersey: Vec<f64> = cells.iter().map(|c| c.hersey(model, scale)).collect();
         let unit = hersey.iter().fold(0.0, |a: f64, h| a.max(*h)).max(1e-300);
         Grid {
             normal: cells.iter().map(|c| model.guide().loaded_balls() * c.load_per_ball_n).collect(),
             hersey: hersey.iter().map(|h| h / unit).collect(),
+            seals: cells.iter().map(|c| if c.has_seals { [1.0, c.speed_m_s.abs()] } else { [0.0; 2] }).collect(),
             forces: cells.iter().map(|c| c.force_n).collect(),
             sigmas: vec![1.0; cells.len()],
             unit,
-            seals,
+            fitted,
         }
     }
 
@@ -182,15 +228,13 @@ impl Grid {
         self.unit
     }
 
-    /// The constants in SI, F_s last.
+    /// The constants in SI, the seals' last.
     fn minimum(&self) -> Result<Vec<f64>, NoFit> {
         let (x, fit) = separable::least(self, self.range(), PLACES, None).ok_or(NoFit::Degenerate)?;
-        let mut start = DVector::zeros(self.linear() + 1);
-        start.rows_mut(0, 3).copy_from_slice(&fit.parameters[..3]);
-        start[3] = x;
-        if self.seals == Seals::Fitted {
-            start[4] = fit.parameters[3];
-        }
+        // k_s takes the place before the seals
+        let mut start = fit.parameters;
+        start.insert(3, x);
+        let start = DVector::from_vec(start);
         // parameters scaled to one: the library judges steps against their size
         let scales = start.map(|p: f64| if p == 0.0 { 1.0 } else { p.abs() });
         let descent = Descent { grid: self, scales: scales.clone(), at: start.component_div(&scales) };
@@ -203,9 +247,9 @@ impl Grid {
 
     /// Measured less fitted, N.
     fn residuals_n(&self, p: &[f64]) -> Vec<f64> {
-        let seal = p.get(4).copied().unwrap_or(0.0);
         let law = |h: f64| p[0] + p[1] * self.unit * h + p[2] * (-p[3] * self.unit * h).exp();
-        (0..self.rows()).map(|n| self.forces[n] - self.normal[n] * law(self.hersey[n]) - seal).collect()
+        let seals = |n: usize| self.seals[n].iter().zip(&p[4..]).map(|(c, x)| c * x).sum::<f64>();
+        (0..self.rows()).map(|n| self.forces[n] - self.normal[n] * law(self.hersey[n]) - seals(n)).collect()
     }
 
     /// ∂(fitted/σ)/∂(constant in SI).
@@ -218,7 +262,7 @@ impl Grid {
                 1 => w * h,
                 2 => w * fallen,
                 3 => -w * p[2] * h * fallen,
-                _ => 1.0 / self.sigmas[n],
+                seal => self.seals[n][seal - 4] / self.sigmas[n],
             }
         })
     }
@@ -226,7 +270,7 @@ impl Grid {
 
 impl Separable for Grid {
     fn linear(&self) -> usize {
-        3 + usize::from(self.seals == Seals::Fitted)
+        3 + self.fitted.columns()
     }
 
     fn rows(&self) -> usize {
@@ -234,8 +278,9 @@ impl Separable for Grid {
     }
 
     fn columns(&self, row: usize, ln_kappa: f64, out: &mut [f64]) {
-        let (h, w) = (self.hersey[row], self.normal[row] / self.sigmas[row]);
-        let all = [w, w * h, w * (-ln_kappa.exp() * h).exp(), 1.0 / self.sigmas[row]];
+        let (h, sigma) = (self.hersey[row], self.sigmas[row]);
+        let (w, [seal, speed]) = (self.normal[row] / sigma, self.seals[row]);
+        let all = [w, w * h, w * (-ln_kappa.exp() * h).exp(), seal / sigma, speed / sigma];
         out.copy_from_slice(&all[..out.len()]);
     }
 
@@ -244,7 +289,7 @@ impl Separable for Grid {
     }
 }
 
-/// The last steps to the minimum, all constants together: μ_c, μ_v, μ_s, ln k_s, F_s in units of their start.
+/// The last steps to the minimum, all constants together: μ_c, μ_v, μ_s, ln k_s and the seals' in units of their start.
 struct Descent<'a> {
     grid: &'a Grid,
     scales: DVector<f64>,
@@ -269,8 +314,8 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Descent<'_> {
         let mut columns = vec![0.0; self.grid.linear()];
         Some(DVector::from_fn(self.grid.rows(), |n, _| {
             self.grid.columns(n, p[3], &mut columns);
-            let seal = columns.get(3).map_or(0.0, |c| c * p[4]);
-            columns[0] * p[0] + columns[1] * p[1] + columns[2] * p[2] + seal - self.grid.measured(n)
+            let linear = |(j, c): (usize, &f64)| c * p[if j < 3 { j } else { j + 1 }];
+            columns.iter().enumerate().map(linear).sum::<f64>() - self.grid.measured(n)
         }))
     }
 
@@ -281,13 +326,10 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Descent<'_> {
         let mut out = DMatrix::zeros(self.grid.rows(), p.len());
         for n in 0..self.grid.rows() {
             self.grid.columns(n, p[3], &mut columns);
-            out[(n, 0)] = columns[0];
-            out[(n, 1)] = columns[1];
-            out[(n, 2)] = columns[2];
-            out[(n, 3)] = -p[2] * kappa * self.grid.hersey[n] * columns[2];
-            if let Some(seal) = columns.get(3) {
-                out[(n, 4)] = *seal;
+            for (j, c) in columns.iter().enumerate() {
+                out[(n, if j < 3 { j } else { j + 1 })] = *c;
             }
+            out[(n, 3)] = -p[2] * kappa * self.grid.hersey[n] * columns[2];
         }
         for (mut column, scale) in out.column_iter_mut().zip(self.scales.iter()) {
             column *= *scale;

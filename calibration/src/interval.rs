@@ -7,7 +7,9 @@
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use crate::fit::{FrictionFit, NAMES};
+use crate::fit::FrictionFit;
+#[cfg(doc)]
+use crate::fit::NAMES;
 use crate::separable;
 
 /// So many times as far as expected, an end is looked for.
@@ -30,20 +32,19 @@ impl Interval {
 }
 
 impl FrictionFit {
-    /// The interval of a constant, in the order of [`NAMES`], that holds the truth with `probability` (0 to 1).
+    /// The interval of a constant, in the order of [`NAMES`], then the seals', that holds the truth with `probability` (0 to 1).
     pub fn interval(&self, constant: usize, probability: f64) -> Interval {
         // a law of 1 or more degrees of freedom always exists
         let Ok(student) = StudentsT::new(0.0, 1.0, self.freedom().max(1) as f64) else {
             return Interval { from: f64::NEG_INFINITY, to: f64::INFINITY };
         };
         let t = student.inverse_cdf(0.5 + 0.5 * probability);
-        debug_assert!(constant < NAMES.len());
         Interval { from: self.end(constant, -1.0, t), to: self.end(constant, 1.0, t) }
     }
 
     /// Where χ² has risen by t² on one side.
     fn end(&self, constant: usize, side: f64, t: f64) -> f64 {
-        let (value, sigma) = (self.values()[constant], self.sigma(constant));
+        let (value, sigma) = (self.constant(constant), self.sigma(constant));
         // of k_s the logarithm is stepped in: it stays positive and bends less
         let place = |u: f64| match constant {
             3 => value * (side * u * sigma / value).exp(),
@@ -75,7 +76,12 @@ impl FrictionFit {
         if constant == 3 {
             return separable::linear(grid, (value * unit).ln(), None).map(|fit| fit.chi2);
         }
-        let held = Some((constant, if constant == 1 { value * unit } else { value }));
+        // k_s is none of the linear ones
+        let held = match constant {
+            1 => Some((1, value * unit)),
+            0 | 2 => Some((constant, value)),
+            seal => Some((seal - 1, value)),
+        };
         // k_s moves a few of its standard deviations at most while another constant moves as many of its own
         let (centre, reach) =
             ((self.values()[3] * unit).ln(), (8.0 * self.sigma(3) / self.values()[3]).clamp(0.2, 3.0));

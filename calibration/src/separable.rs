@@ -27,7 +27,7 @@ pub(crate) struct LinearFit {
 }
 
 /// Linear parameters that there can be.
-const MOST: usize = 4;
+const MOST: usize = 5;
 
 /// Pivot, of columns scaled to unit length, below which they count as the same.
 const SAME: f64 = 1e-13;

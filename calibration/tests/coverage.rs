@@ -46,6 +46,7 @@ fn run(seed: u64, carriage: bool) -> (Friction, FrictionFit) {
                 viscosity_cst: 100.0,
                 speed_m_s: v,
                 direction: 0.0,
+                has_seals: false,
                 force_n,
                 sigma_n: f64::NAN,
             });

@@ -132,21 +132,57 @@ impl GuideSet {
     /// A text that names the key: it does not exist or is no number, the number is out of range, or the drag would no
     /// longer tell the preload.
     pub fn with_number(&self, key: &str, x: f64) -> Result<Self, String> {
+        self.with_numbers(&[(key, x)])
+    }
+
+    /// The same with several numbers replaced at once, so that only what they make together must be legal.
+    ///
+    /// # Errors
+    /// As [`with_number`](Self::with_number).
+    pub fn with_numbers(&self, numbers: &[(&str, f64)]) -> Result<Self, String> {
         let mut set = self.clone();
-        if key == CONSTANT_VISCOSITY {
-            set.make_viscosity_constant();
+        for (key, x) in numbers {
+            if *key == CONSTANT_VISCOSITY {
+                set.make_viscosity_constant();
+            }
+            let Some(entry) = set.entries.iter_mut().find(|e| e.key == *key && is_settable(e.key)) else {
+                return Err(format!("there is no key {key}"));
+            };
+            if !matches!(entry.value, Value::Number(_)) {
+                return Err(format!("{key} is not a number"));
+            }
+            check(entry.key, *x).map_err(|what| format!("{key} {what}"))?;
+            entry.value = Value::Number(*x);
+            entry.provenance = Provenance::File;
         }
-        let Some(entry) = set.entries.iter_mut().find(|e| e.key == key && is_settable(e.key)) else {
-            return Err(format!("there is no key {key}"));
-        };
-        if !matches!(entry.value, Value::Number(_)) {
-            return Err(format!("{key} is not a number"));
-        }
-        check(entry.key, x).map_err(|what| format!("{key} {what}"))?;
-        entry.value = Value::Number(x);
-        entry.provenance = Provenance::File;
         set.derive()?;
         Ok(set)
+    }
+
+    /// The same with the other speed in the Hersey number, its scale as the published set has it for that speed.
+    #[must_use]
+    pub fn with_hersey_speed(&self, speed: HerseySpeed) -> Self {
+        let mut set = self.clone();
+        if self.exact.guide().hersey_speed == speed {
+            return set;
+        }
+        let name = if speed == HerseySpeed::Carriage { "carriage" } else { "slip" };
+        let published = self.parameters.entries();
+        for entry in &mut set.entries {
+            match entry.key {
+                "hersey" => (entry.value, entry.provenance) = (Value::Name(name), Provenance::File),
+                // what a file said of the scale it said of the other speed
+                "hersey_scale" => {
+                    if let Some(own) = published.iter().find(|e| e.key == "hersey_scale") {
+                        *entry = *own;
+                    }
+                }
+                _ => {}
+            }
+        }
+        // both speeds are legal with every geometry; the friction law may not be, and is what calibration looks for
+        let _ = set.derive();
+        set
     }
 
     /// Takes the keys of `[guide]` and `[lubricant]`.
@@ -238,7 +274,6 @@ impl GuideSet {
             mu_stribeck: self.number("mu_stribeck"),
             stribeck_exponent: self.number("stribeck_exponent"),
         };
-        tells_the_preload(&guide, &friction)?;
         self.derive_lubricant()?;
         // the carriage convention counts 60 η, η in Pa·s
         if guide.hersey_speed == HerseySpeed::Carriage
@@ -250,7 +285,7 @@ impl GuideSet {
         }
         self.hersey_scale = self.number("hersey_scale");
         self.exact = Exact::new(guide, friction);
-        Ok(())
+        tells_the_preload(&guide, &friction)
     }
 
     fn derive_lubricant(&mut self) -> Result<(), String> {
