@@ -35,13 +35,13 @@ pub fn doubts(cells: &[Cell], fit: &FrictionFit) -> Vec<Doubt> {
             format!("{name} is not determined: its standard deviation is {part:.0} % of it; {advice}"),
         );
     }
-    for a in 0..NAMES.len() {
-        for b in 0..a {
+    for (b, second) in NAMES.iter().enumerate() {
+        for (a, first) in NAMES.iter().enumerate().take(b) {
             let r = fit.covariance[(a, b)] / (fit.sigma(a) * fit.sigma(b));
             if r.abs() > TOGETHER {
                 let text = format!(
-                    "{} and {} change together (correlation {r:.2}): either is known worse than the curve that both make",
-                    NAMES[b], NAMES[a]
+                    "{first} and {second} change together (correlation {r:.2}): either is known worse than the curve that \
+                     both make"
                 );
                 say("constants-together", text);
             }

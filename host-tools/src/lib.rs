@@ -15,6 +15,7 @@
 
 pub mod batch;
 pub mod calculator;
+pub mod calibrate;
 pub mod candump;
 pub mod decode;
 #[cfg(feature = "emulator")]

@@ -1,6 +1,7 @@
 //! One file a subcommand: parse arguments, call the library, print. And what all of them share.
 
 mod calculate;
+pub(crate) mod calibrate;
 pub(crate) mod convert;
 pub(crate) mod dbc;
 pub(crate) mod decode;
