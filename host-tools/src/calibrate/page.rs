@@ -133,6 +133,6 @@ pub fn axis(name: &str, points: &[Point], found: &Selection) -> String {
     let rows: Vec<Vec<String>> =
         found.trials.iter().map(|t| vec![t.terms.name().to_owned(), format!("{:.4e}", t.error)]).collect();
     page.table(&["law", "error at a speed left out"], &rows);
-    page.heading("Constants").list(axis_words::describe(found).iter().skip(2 + found.trials.len()));
+    page.heading("Constants").list(axis_words::describe(found).iter().skip(3 + found.trials.len()));
     page.finish()
 }
