@@ -35,17 +35,21 @@ pub fn doubts(cells: &[Cell], fit: &FrictionFit) -> Vec<Doubt> {
             format!("{name} is not determined: its standard deviation is {part:.0} % of it; {advice}"),
         );
     }
+    let mut together = Vec::new();
     for (b, second) in NAMES.iter().enumerate() {
         for (a, first) in NAMES.iter().enumerate().take(b) {
             let r = fit.covariance[(a, b)] / (fit.sigma(a) * fit.sigma(b));
             if r.abs() > TOGETHER {
-                let text = format!(
-                    "{first} and {second} change together (correlation {r:.2}): either is known worse than the curve that \
-                     both make"
-                );
-                say("constants-together", text);
+                together.push(format!("{first} with {second} ({r:+.3})"));
             }
         }
+    }
+    if !together.is_empty() {
+        let text = format!(
+            "these constants change together, each of them is known worse than the curve that they make (correlations): {}",
+            together.join(", ")
+        );
+        say("constants-together", text);
     }
     let loaded: Vec<f64> = cells.iter().map(|c| c.load_per_ball_n).filter(|q| *q > 0.0).collect();
     let loads = levels(&loaded).1.len();
