@@ -28,3 +28,4 @@ pub mod recording;
 pub mod replay;
 pub mod report;
 pub mod rig;
+pub mod simulate;

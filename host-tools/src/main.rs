@@ -29,6 +29,7 @@ enum Command {
     Drag(cmd::drag::Arguments),
     Estimate(cmd::estimate::Arguments),
     Calibrate(cmd::calibrate::Arguments),
+    Simulate(Box<cmd::simulate::Arguments>),
     Paper(cmd::paper::Arguments),
     #[cfg(feature = "emulator")]
     Demo(cmd::demo::Arguments),
@@ -45,6 +46,7 @@ fn main() -> ExitCode {
         Command::Drag(arguments) => cmd::drag::run(&arguments),
         Command::Estimate(arguments) => cmd::estimate::run(&arguments),
         Command::Calibrate(arguments) => cmd::calibrate::run(&arguments),
+        Command::Simulate(arguments) => cmd::simulate::run(&arguments),
         Command::Paper(arguments) => cmd::paper::run(arguments),
         #[cfg(feature = "emulator")]
         Command::Demo(arguments) => cmd::demo::run(arguments),
