@@ -83,6 +83,27 @@ fn peak() -> String {
     line.map_or_else(|| "peak memory not told by this system".to_owned(), |kb| format!("peak memory {}", kb.trim()))
 }
 
+/// The whole of `guideblock estimate` on either file, from start to windows written, and its memory.
+fn estimate() {
+    const RUNS: usize = 9;
+    for ending in ["csv", "parquet"] {
+        let windows = file("windows.csv");
+        let mut times: Vec<f64> = (0..RUNS)
+            .map(|_| {
+                let mut command = Command::new(env!("CARGO_BIN_EXE_guideblock"));
+                command.arg("estimate").arg(file(ending)).args(["--viscosity", "100", "--json", "--out"]).arg(&windows);
+                let start = Instant::now();
+                let output = command.output().expect("runs");
+                assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+                start.elapsed().as_secs_f64()
+            })
+            .collect();
+        times.sort_by(f64::total_cmp);
+        let (best, median) = (1e3 * times[0], 1e3 * times[RUNS / 2]);
+        println!("guideblock estimate, {ending}, whole process: {best:.0} ms best of {RUNS}, {median:.0} ms median");
+    }
+}
+
 fn pandas() {
     let python = std::env::var("PYTHON").unwrap_or_else(|_| "python3".to_owned());
     let script = "
@@ -126,6 +147,7 @@ fn main() {
             let bytes = fs::metadata(file(ending)).map_or(0, |meta| meta.len());
             print!("{ending}, {} MB, read once: {}", bytes / 1_000_000, String::from_utf8_lossy(&output.stdout));
         }
+        estimate();
         pandas();
     }
 }

@@ -127,6 +127,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if summary.usable == 0 && staircase.is_none() {
         return Err(unusable(&"no window has a preload"));
     }
+    // the process ends here; giving the columns back page by page would only take time
+    std::mem::forget(run);
     Ok(())
 }
 

@@ -50,8 +50,7 @@ pub fn windows(run: &Run, settings: &Settings, zero_speed_m_s: f64) -> Vec<Windo
     let mut all = Vec::new();
     for part in &run.parts {
         let mut course = Course { direction: 0.0, travel_m: 0.0, is_first: true };
-        for rows in cut(run, part, settings.every_s) {
-            let (mut window, speeds) = measure(run, rows);
+        for (mut window, speeds) in measured(run, &cut(run, part, settings.every_s)) {
             window.reasons = course.judge(&window, &speeds, settings, zero_speed_m_s);
             all.push(window);
         }
@@ -59,14 +58,36 @@ pub fn windows(run: &Run, settings: &Settings, zero_speed_m_s: f64) -> Vec<Windo
     all
 }
 
+/// Rows below which a second thread costs more than it saves.
+const FEW_ROWS: usize = 100_000;
+
+/// Windows with the speeds within them, measured by several threads where there are many rows; in order.
+fn measured(run: &Run, cut: &[Range<usize>]) -> Vec<(Window, Vec<f64>)> {
+    let all = |rows: &[Range<usize>]| rows.iter().map(|rows| measure(run, rows.clone())).collect::<Vec<_>>();
+    let rows = cut.last().map_or(0, |last| last.end) - cut.first().map_or(0, |first| first.start);
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    if rows < FEW_ROWS || threads < 2 {
+        return all(cut);
+    }
+    std::thread::scope(|scope| {
+        let shares: Vec<_> = cut.chunks(cut.len().div_ceil(threads)).map(|share| scope.spawn(|| all(share))).collect();
+        shares.into_iter().flat_map(|t| t.join().unwrap_or_else(|p| std::panic::resume_unwind(p))).collect()
+    })
+}
+
 fn cut(run: &Run, part: &Part, every_s: f64) -> Vec<Range<usize>> {
     let time = &run.time_s;
     let mut all = Vec::new();
-    let mut from = part.rows.start;
+    let (mut from, mut reach) = (part.rows.start, FEWEST_ROWS);
     while from < part.rows.end {
         // a little early rather than a row late: times are rounded
         let end = time[from] + every_s * (1.0 - 1e-9);
-        let to = from + time[from..part.rows.end].partition_point(|t| *t < end);
+        // windows are about as long as the one before: halving the whole rest would read all over it
+        while from + reach < part.rows.end && time[from + reach] < end {
+            reach *= 2;
+        }
+        let near = &time[from..part.rows.end.min(from + reach + 1)];
+        let to = from + near.partition_point(|t| *t < end);
         let is_whole = to < part.rows.end;
         let length = time[to - 1] - time[from];
         if to - from >= FEWEST_ROWS && (is_whole || length >= SHORTEST * every_s) {

@@ -120,5 +120,8 @@ fn numbers(
         let numbers = table.numbers(&wanted, selections, progress)?;
         return Ok((wanted, numbers));
     }
-    text::read(file, bytes, choose, selections, progress)
+    let read = text::read(file, &bytes, choose, selections, progress);
+    // giving many pages back takes as long as a tenth of the reading; nobody has to wait for it
+    std::thread::spawn(move || drop(bytes));
+    read
 }

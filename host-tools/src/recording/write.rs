@@ -96,7 +96,7 @@ pub fn write(path: &Path, columns: &[Column]) -> io::Result<()> {
 }
 
 /// Rows that one thread makes text of at a time.
-const BLOCK: usize = 1 << 14;
+const BLOCK: usize = 1 << 12;
 
 /// Writes columns as CSV.
 ///
