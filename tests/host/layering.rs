@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Every workspace crate and which workspace crates it may know.
-const LAYERS: [(&str, &[&str]); 10] = [
+const LAYERS: [(&str, &[&str]); 9] = [
     ("model-core", &[]),
     ("can-wire", &["model-core"]),
     ("firmware", &["model-core", "can-wire"]),
