@@ -13,11 +13,13 @@
 //! A file with neither `[guide]` nor `[lubricant]` nor `[operation]` holds a run against its own column
 //! `simulated_force_n`.
 
+mod mechanisms;
 mod read;
 mod write;
 
 use crate::document::BadFile;
 use crate::guide::GuideSet;
+use crate::mechanism::Added;
 
 /// The value of `schema`.
 pub const SCHEMA: &str = "guideblock.simulation/1";
@@ -35,6 +37,8 @@ pub struct Simulation {
     pub tolerance: Tolerance,
     /// How columns of a recording are read: name and `column:scale[:offset]`, in the order of their names.
     pub columns: Vec<(String, String)>,
+    /// What was found to be missing in the law, and added to it.
+    pub mechanisms: Vec<Added>,
 }
 
 /// What makes the drag force.
@@ -107,7 +111,14 @@ impl Default for Tolerance {
 impl Simulation {
     /// A law with everything else as an empty file has it.
     pub fn of(law: Law) -> Self {
-        Simulation { law, preload_n: None, axis: Axis::default(), tolerance: Tolerance::default(), columns: Vec::new() }
+        Simulation {
+            law,
+            preload_n: None,
+            axis: Axis::default(),
+            tolerance: Tolerance::default(),
+            columns: Vec::new(),
+            mechanisms: Vec::new(),
+        }
     }
 
     /// Reads a simulation file.

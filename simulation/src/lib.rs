@@ -7,6 +7,7 @@
 //! guide      a guide and its oil: a published set and what a file overrides
 //! file       the simulation file: law, operation, axis, tolerance
 //! law        the drag force that the law says, row by row
+//! mechanism  the physics and the faults of sensors that a simulation may leave out
 //! profile    test profiles: motions that show what a guide does
 //! ```
 //!
@@ -17,6 +18,7 @@ mod document;
 pub mod file;
 pub mod guide;
 pub mod law;
+pub mod mechanism;
 pub mod motion;
 pub mod profile;
 pub mod published;

@@ -5,12 +5,12 @@ use std::ops::Range as Span;
 use model_core::quantity::{self, Range};
 use toml::de::DeTable;
 
-use super::{Axis, Law, PositionReference, SCHEMA, Simulation, Tolerance};
+use super::{Axis, Law, PositionReference, SCHEMA, Simulation, Tolerance, mechanisms};
 use crate::document::{Item, Mistake, items, parse};
 use crate::guide::GuideSet;
 
 /// Sections of a file, in the order that messages list them.
-const SECTIONS: [&str; 7] = ["schema", "guide", "lubricant", "operation", "axis", "tolerance", "columns"];
+const SECTIONS: [&str; 8] = ["schema", "guide", "lubricant", "operation", "axis", "tolerance", "columns", "mechanism"];
 
 /// The only `law` beside that of a ball guide.
 pub(super) const COULOMB_VISCOUS: &str = "coulomb-viscous";
@@ -43,6 +43,7 @@ pub(super) fn simulation(text: &str) -> Result<Simulation, Mistake> {
             "axis" => simulation.axis = axis(item.table()?)?,
             "tolerance" => simulation.tolerance = tolerance(item.table()?)?,
             "columns" => simulation.columns = columns(item.table()?)?,
+            "mechanism" => simulation.mechanisms = mechanisms::read(&item)?,
             _ => {
                 let what = format!("there is no section {}; there are: {}", item.key, SECTIONS.join(", "));
                 return Err(Mistake::new(&item.key_span, what));

@@ -138,7 +138,7 @@ fn mistakes_have_line_column_and_what_would_be_right() {
         ("[guide]\nmu = 3", &format!("line 3, column 1: there is no key guide.mu; there are: {keys}")),
         (
             "[oil]",
-            "line 2, column 2: there is no section oil; there are: schema, guide, lubricant, operation, axis, tolerance, columns",
+            "line 2, column 2: there is no section oil; there are: schema, guide, lubricant, operation, axis, tolerance, columns, mechanism",
         ),
         ("guide = 3", "line 2, column 9: guide must be a table"),
         ("[guide]\nhersey = \"both\"", "line 3, column 10: guide.hersey must be one of: \"slip\", \"carriage\""),

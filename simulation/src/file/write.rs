@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::read::COULOMB_VISCOUS;
-use super::{Axis, Law, PositionReference, SCHEMA, Simulation, Tolerance};
+use super::{Axis, Law, PositionReference, SCHEMA, Simulation, Tolerance, mechanisms};
 use crate::guide::{GuideSet, is_settable};
 use crate::published::{Provenance, Value};
 
@@ -34,6 +34,9 @@ pub(super) fn simulation(simulation: &Simulation) -> String {
             // the serialiser of the format knows how to quote any text
             line(&mut text, format_args!("{} = {}", quoted(key), quoted(mapping)));
         }
+    }
+    for added in &simulation.mechanisms {
+        text.push_str(&mechanisms::write(added));
     }
     text
 }
