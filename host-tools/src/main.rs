@@ -28,6 +28,7 @@ enum Command {
     Preload(cmd::preload::Arguments),
     Drag(cmd::drag::Arguments),
     Estimate(cmd::estimate::Arguments),
+    Simulate(cmd::simulate::Arguments),
     Paper(cmd::paper::Arguments),
     #[cfg(feature = "emulator")]
     Demo(cmd::demo::Arguments),
@@ -43,6 +44,7 @@ fn main() -> ExitCode {
         Command::Preload(arguments) => cmd::preload::run(&arguments),
         Command::Drag(arguments) => cmd::drag::run(&arguments),
         Command::Estimate(arguments) => cmd::estimate::run(&arguments),
+        Command::Simulate(arguments) => cmd::simulate::run(&arguments),
         Command::Paper(arguments) => cmd::paper::run(arguments),
         #[cfg(feature = "emulator")]
         Command::Demo(arguments) => cmd::demo::run(arguments),

@@ -14,6 +14,7 @@ pub(crate) mod preload;
 pub(crate) mod progress;
 pub(crate) mod recordings;
 pub(crate) mod replay;
+pub(crate) mod simulate;
 
 use std::fmt::Display;
 use std::fs::File;

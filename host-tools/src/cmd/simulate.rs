@@ -1,0 +1,100 @@
+//! `guideblock simulate`
+
+mod recorded;
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use host_tools::recording::{Column, Kind, Mapping, write};
+use simulation::Simulation;
+
+use super::progress::Bar;
+use super::recordings::RecordingArguments;
+use super::{Failure, output, say};
+
+/// Force that a simulation says for the motion of a recording
+///
+/// Writes one row per sample of the recording: time_s and simulated_force_n, without noise, positive
+/// towards +position as drag_force_n. Preload and temperature are those of the recording where it has
+/// them. A cell is empty where the law has no value: at rest, where friction is not determined, and where
+/// preload or temperature were not measured; how many and why is said on standard error.
+#[derive(clap::Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct Arguments {
+    /// Recording, CSV or Parquet; - is standard input
+    #[arg(value_name = "RECORDING")]
+    input: PathBuf,
+    /// Simulation file
+    #[arg(long, value_name = "SIM.toml")]
+    simulation: PathBuf,
+    /// File to write, .csv or .parquet; without it, CSV to standard output
+    #[arg(long, value_name = "OUT")]
+    out: Option<PathBuf>,
+    /// Print what was done as one JSON object to standard output
+    #[arg(long, requires = "out")]
+    json: bool,
+    /// Page with the force over time and over velocity
+    #[arg(long, value_name = "OUT.html")]
+    html: Option<PathBuf>,
+    #[command(flatten)]
+    recording: RecordingArguments,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let out = arguments.out.as_deref().unwrap_or(Path::new("-"));
+    if Kind::of(out).is_none() {
+        return Err(Failure::file(out, "name it .csv or .parquet, so that it is clear what to write"));
+    }
+    let simulation = load(&arguments.simulation)?;
+    let told = recorded::run(arguments, &simulation, out)?;
+    if let Some(path) = &arguments.html {
+        fs::write(path, &told.page).map_err(|error| Failure::file(path, error))?;
+    }
+    if arguments.json {
+        let mut out = output();
+        writeln!(out, "{:#}", told.object)?;
+        out.flush()?;
+    }
+    for line in &told.lines {
+        say(line);
+    }
+    Ok(())
+}
+
+/// What is told of a run beside its rows.
+struct Told {
+    lines: Vec<String>,
+    object: serde_json::Value,
+    /// Empty unless asked for.
+    page: String,
+}
+
+/// Reads a simulation file.
+fn load(path: &Path) -> Result<Simulation, Failure> {
+    let text = fs::read_to_string(path).map_err(|error| Failure::file(path, error))?;
+    Simulation::from_toml(&text).map_err(|why| Failure::Data(format!("{}: {why}", path.display())))
+}
+
+/// The mappings that a simulation file has.
+fn mappings(path: &Path, simulation: &Simulation) -> Result<Vec<Mapping>, Failure> {
+    let each = |(name, mapping): &(String, String)| {
+        Mapping::new(name, mapping).map_err(|why| Failure::file(path, format!("[columns]: {why}")))
+    };
+    simulation.columns.iter().map(each).collect()
+}
+
+/// Writes columns.
+fn put(path: &Path, columns: &[Column<'_>]) -> Result<(), Failure> {
+    let _bar = Bar::busy(&format!("writing {}", path.display()));
+    write(path, columns).map_err(|error| match error.kind() {
+        std::io::ErrorKind::BrokenPipe => Failure::Output(error),
+        _ => Failure::file(path, error),
+    })
+}
+
+/// Root of the mean square of what is finite; NaN of nothing.
+fn rms(column: &[f64]) -> f64 {
+    let (sum, count) = column.iter().filter(|x| x.is_finite()).fold((0.0, 0usize), |(s, n), x| (s + x * x, n + 1));
+    (sum / count as f64).sqrt()
+}
