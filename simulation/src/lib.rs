@@ -7,6 +7,7 @@
 //! guide      a guide and its oil: a published set and what a file overrides
 //! file       the simulation file: law, operation, axis, tolerance
 //! law        the drag force that the law says, row by row
+//! profile    how an axis is driven so that a recording tells something
 //! ```
 //!
 //! No file is opened and nothing is printed here: text comes in, numbers and reasons go out.
@@ -17,6 +18,7 @@ pub mod file;
 pub mod guide;
 pub mod law;
 pub mod motion;
+pub mod profile;
 pub mod published;
 pub mod run;
 
