@@ -8,6 +8,7 @@
 //! file       the simulation file: law, operation, axis, tolerance
 //! law        the drag force that the law says, row by row
 //! profile    how an axis is driven so that a recording tells something
+//! sensor     what sensors make of a run
 //! ```
 //!
 //! No file is opened and nothing is printed here: text comes in, numbers and reasons go out.
@@ -21,6 +22,7 @@ pub mod motion;
 pub mod profile;
 pub mod published;
 pub mod run;
+pub mod sensor;
 
 pub use document::BadFile;
 pub use file::Simulation;

@@ -116,6 +116,9 @@ impl Path {
         if self.end_s * rate_hz > MOST_ROWS {
             return Err(Unfit::TooLong { duration_s: self.end_s, rate_hz });
         }
+        if self.phases.is_empty() {
+            return Err(Unfit::Nothing("the profile"));
+        }
         // in range: just checked
         let rows = (self.end_s * rate_hz + 1e-9).floor() as usize + 1;
         let mut course = Course::empty(name, rows);
