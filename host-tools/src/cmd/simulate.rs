@@ -1,6 +1,9 @@
 //! `guideblock simulate`
 
+mod driven;
+mod profile;
 mod recorded;
+mod sensors;
 
 use std::fs;
 use std::io::Write;
@@ -12,19 +15,28 @@ use simulation::Simulation;
 use super::progress::Bar;
 use super::recordings::RecordingArguments;
 use super::{Failure, output, say};
+use profile::ProfileArguments;
+use sensors::SensorArguments;
 
-/// Force that a simulation says for the motion of a recording
+/// Force that a simulation says for the motion of a recording, or a whole recording of a test profile
 ///
-/// Writes one row per sample of the recording: time_s and simulated_force_n, without noise, positive
-/// towards +position as drag_force_n. Preload and temperature are those of the recording where it has
-/// them. A cell is empty where the law has no value: at rest, where friction is not determined, and where
-/// preload or temperature were not measured; how many and why is said on standard error.
+///     guideblock simulate run.csv --simulation sim.toml --out simulated.csv
+///     guideblock simulate --profile staircase --simulation sim.toml --noise-n 0.1 --out stairs.csv
+///
+/// RECORDING: one row per sample, time_s and simulated_force_n, without noise, positive towards
+/// +position as drag_force_n. Preload and temperature are those of the recording where it has them. A
+/// cell is empty where the law has no value: at rest, where friction is not determined, and where preload
+/// or temperature were not measured; how many and why is said on standard error.
+///
+/// --profile: a recording with time, position, velocity, force, preload, segment, and load and temperatures
+/// where they are set. Speeds change in smooth ramps. The carriage at rest is not pushed: the force there
+/// is the law's offset. Sensors disturb it where they are asked for.
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Arguments {
     /// Recording, CSV or Parquet; - is standard input
-    #[arg(value_name = "RECORDING")]
-    input: PathBuf,
+    #[arg(value_name = "RECORDING", required_unless_present = "profile", conflicts_with = "profile")]
+    input: Option<PathBuf>,
     /// Simulation file
     #[arg(long, value_name = "SIM.toml")]
     simulation: PathBuf,
@@ -39,6 +51,10 @@ pub(crate) struct Arguments {
     html: Option<PathBuf>,
     #[command(flatten)]
     recording: RecordingArguments,
+    #[command(flatten)]
+    profile: ProfileArguments,
+    #[command(flatten)]
+    sensors: SensorArguments,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -47,7 +63,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         return Err(Failure::file(out, "name it .csv or .parquet, so that it is clear what to write"));
     }
     let simulation = load(&arguments.simulation)?;
-    let told = recorded::run(arguments, &simulation, out)?;
+    let told = match (&arguments.input, arguments.profile.profile) {
+        (Some(input), _) => recorded::run(arguments, input, &simulation, out)?,
+        (None, Some(name)) => driven::run(arguments, name, &simulation, out)?,
+        (None, None) => return Err(Failure::Usage("give a recording or --profile".to_owned())),
+    };
     if let Some(path) = &arguments.html {
         fs::write(path, &told.page).map_err(|error| Failure::file(path, error))?;
     }

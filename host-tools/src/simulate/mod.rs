@@ -5,9 +5,11 @@
 //! profile ----------^                               -> why a row has none
 //! ```
 
+mod front_end;
 mod page;
 mod silent;
 
+pub use front_end::block_sensors;
 pub use page::{Series, page};
 pub use silent::{Silence, silences};
 

@@ -36,7 +36,7 @@ impl Dwell {
     /// [`Unfit`]: a number that is not legal, rests that fall, too many rows.
     pub fn course(&self, rate_hz: f64, conditions: &Conditions) -> Result<Course, Unfit> {
         Unfit::check_all("dwells", &self.dwells_s, DURATION.0, DURATION.1, "s")?;
-        Unfit::check("speed", self.speed_m_s, SPEED.0, SPEED.1, "m/s")?;
+        Unfit::check("speeds", self.speed_m_s, SPEED.0, SPEED.1, "m/s")?;
         Unfit::check("length", self.length_m, LENGTH.0, LENGTH.1, "m")?;
         if let Some(pair) = self.dwells_s.windows(2).find(|pair| pair[1] < pair[0]) {
             return Err(Unfit::NotGrowing { before_s: pair[0], after_s: pair[1] });

@@ -92,6 +92,9 @@ pub enum Unfit {
     /// A list without entries.
     #[error("{0} needs at least one value")]
     Nothing(&'static str),
+    /// A list where one value is meant.
+    #[error("{0} takes one value here")]
+    NotOne(&'static str),
     /// No room for the ramps.
     #[error(
         "a stroke of {length_m} m is too short for {speed_m_s} m/s: getting there and stopping takes {needed_m:.4} m; \

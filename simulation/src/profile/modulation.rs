@@ -42,7 +42,7 @@ impl Modulation {
     /// # Errors
     /// [`Unfit`]: a number that is not legal, too many rows.
     pub fn course(&self, rate_hz: f64, conditions: &Conditions) -> Result<Course, Unfit> {
-        Unfit::check("speed", self.speed_m_s, SPEED.0, SPEED.1, "m/s")?;
+        Unfit::check("speeds", self.speed_m_s, SPEED.0, SPEED.1, "m/s")?;
         Unfit::check("depth", self.depth, 0.0, 0.99, "")?;
         Unfit::check_all("frequencies", &self.frequencies_hz, FREQUENCY.0, FREQUENCY.1, "Hz")?;
         Unfit::check("cycles", f64::from(self.cycles), TIMES.0, TIMES.1, "")?;

@@ -116,8 +116,9 @@ impl Path {
         if self.end_s * rate_hz > MOST_ROWS {
             return Err(Unfit::TooLong { duration_s: self.end_s, rate_hz });
         }
+        // only a warm-up can have no phase: its durations may be 0
         if self.phases.is_empty() {
-            return Err(Unfit::Nothing("the profile"));
+            return Err(Unfit::Nothing("run"));
         }
         // in range: just checked
         let rows = (self.end_s * rate_hz + 1e-9).floor() as usize + 1;

@@ -64,7 +64,7 @@ impl WarmUp {
     /// # Errors
     /// [`Unfit`]: a number that is not legal, a stroke too short for the speed, too many rows.
     pub fn course(&self, rate_hz: f64, conditions: &Conditions) -> Result<Course, Unfit> {
-        Unfit::check("speed", self.speed_m_s, SPEED.0, SPEED.1, "m/s")?;
+        Unfit::check("speeds", self.speed_m_s, SPEED.0, SPEED.1, "m/s")?;
         Unfit::check("length", self.length_m, LENGTH.0, LENGTH.1, "m")?;
         Unfit::check("ambient", self.ambient_degc, -60.0, 200.0, "°C")?;
         for (what, duration) in [("run", self.run_s), ("stop", self.stop_s), ("resume", self.resume_s)] {
@@ -139,10 +139,10 @@ mod tests {
         {
             let column = column.as_ref().expect("set");
             let mut t = 22.0;
-            for n in 1..run.len() {
+            for (n, got) in column.iter().enumerate().skip(1) {
                 let target = 22.0 + if runs(n) { body.rise_k } else { 0.0 };
                 t += (target - t) * (1.0 - (-0.1 / body.time_s).exp());
-                assert!((column[n] - t).abs() < 0.02, "{n}: {} {t}", column[n]);
+                assert!((got - t).abs() < 0.02, "{n}: {got} {t}");
             }
         }
         assert_eq!(run.temperature_ambient_degc.as_ref().map(|c| c[7]), Some(22.0));

@@ -1,7 +1,7 @@
 //! Sensors between a run and its recording.
 //!
 //! ```text
-//! force     -> first-order low-pass -> + noise √((r F)² + σ²) -> steps
+//! force     -> first-order low-pass -> + noise √((r F)² + σ²) -> steps -> rails
 //! velocity  -> + noise
 //! position  -> steps
 //! ```
@@ -26,6 +26,8 @@ pub struct Sensors {
     pub noise_n: f64,
     /// Steps of the force, N, 0 to 1e4.
     pub quantum_n: f64,
+    /// Smallest and largest force that the sensor shows, N.
+    pub rails_n: Option<(f64, f64)>,
     /// Frequency at which the force falls to `1/√2`, Hz; `None` without a filter.
     pub lowpass_hz: Option<f64>,
     /// Noise of the velocity, standard deviation, m/s, 0 to 20.
@@ -99,6 +101,9 @@ impl Sensors {
         }
         if self.quantum_n > 0.0 {
             run.drag_force_n.iter_mut().for_each(|f| *f = libm::round(*f / self.quantum_n) * self.quantum_n);
+        }
+        if let Some((low, high)) = self.rails_n {
+            run.drag_force_n.iter_mut().for_each(|f| *f = f.max(low).min(high));
         }
         add(&mut run.velocity_m_s, self.speed_noise_m_s, noise(Stream::Velocity));
         if let Some(position) = run.position_m.as_mut().filter(|_| self.position_quantum_m > 0.0) {
@@ -179,6 +184,13 @@ mod tests {
         assert_eq!(applied(noisy, 7).drag_force_n, applied(more, 7).drag_force_n);
         assert_ne!(applied(noisy, 7).drag_force_n, applied(noisy, 8).drag_force_n);
         assert_eq!(applied(Sensors::default(), 7), run(|_| 50.0));
+    }
+
+    #[test]
+    fn beyond_its_rails_the_sensor_shows_nothing_more() {
+        let mut run = run(|t| 10.0 * (t - 25.0));
+        Sensors { rails_n: Some((-100.0, 99.0)), ..Sensors::default() }.apply(&mut run, 1).expect("legal");
+        assert_eq!((run.drag_force_n[0], run.drag_force_n[49_999], run.drag_force_n[25_000]), (-100.0, 99.0, 0.0));
     }
 
     #[test]

@@ -16,8 +16,8 @@ use super::super::recordings::with_progress;
 use super::super::{Failure, say};
 use super::{Arguments, Told, mappings, put, rms};
 
-pub(super) fn run(arguments: &Arguments, simulation: &Simulation, out: &Path) -> Result<Told, Failure> {
-    let file = open(arguments, simulation)?;
+pub(super) fn run(arguments: &Arguments, input: &Path, simulation: &Simulation, out: &Path) -> Result<Told, Failure> {
+    let file = open(arguments, input, simulation)?;
     let run = &file.run;
     let bar = Bar::busy("simulating");
     let motion = Motion::of(run);
@@ -91,8 +91,8 @@ struct Recorded {
     all_s: Option<Vec<f64>>,
 }
 
-fn open(arguments: &Arguments, simulation: &Simulation) -> Result<Recorded, Failure> {
-    let Arguments { input, recording, .. } = arguments;
+fn open(arguments: &Arguments, input: &Path, simulation: &Simulation) -> Result<Recorded, Failure> {
+    let recording = &arguments.recording;
     let mappings = recording.with(&mappings(&arguments.simulation, simulation)?);
     let selections = &recording.selections;
     // what comes through a pipe comes once
