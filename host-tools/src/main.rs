@@ -28,7 +28,7 @@ enum Command {
     Preload(cmd::preload::Arguments),
     Drag(cmd::drag::Arguments),
     Estimate(cmd::estimate::Arguments),
-    Simulate(cmd::simulate::Arguments),
+    Simulate(Box<cmd::simulate::Arguments>),
     Paper(cmd::paper::Arguments),
     #[cfg(feature = "emulator")]
     Demo(cmd::demo::Arguments),

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use host_tools::recording::{Column, Kind, Mapping, write};
 use simulation::Simulation;
 
+use super::convert::is_same;
 use super::progress::Bar;
 use super::recordings::RecordingArguments;
 use super::{Failure, output, say};
@@ -61,6 +62,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let out = arguments.out.as_deref().unwrap_or(Path::new("-"));
     if Kind::of(out).is_none() {
         return Err(Failure::file(out, "name it .csv or .parquet, so that it is clear what to write"));
+    }
+    if arguments.input.is_none() && !arguments.recording.is_empty() {
+        return Err(Failure::Usage("--where and --column are for a recording, not for --profile".to_owned()));
+    }
+    if arguments.input.as_deref().is_some_and(|input| is_same(input, out)) {
+        return Err(Failure::file(out, "is the recording itself; give the result another name"));
     }
     let simulation = load(&arguments.simulation)?;
     let told = match (&arguments.input, arguments.profile.profile) {

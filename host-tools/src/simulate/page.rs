@@ -29,8 +29,10 @@ pub fn page(
         Chart::new("Force over velocity", "velocity (m/s)", "force of the drive (N)").from_zero(),
     );
     let stride = time_s.len().div_ceil(MOST_POINTS).max(1);
-    for (name, force) in forces {
-        over_time = over_time.line(name, time_s.iter().copied().zip(force.iter().copied()).collect());
+    for (n, (name, force)) in forces.iter().enumerate() {
+        let line = time_s.iter().copied().zip(force.iter().copied()).collect();
+        // told apart without colour too
+        over_time = if n == 0 { over_time.line(name, line) } else { over_time.dashed(name, line) };
         let points = motion.velocity_m_s.iter().zip(*force).step_by(stride).filter(|(_, f)| f.is_finite());
         over_speed = over_speed.points(name, points.map(|(v, f)| (*v, *f, 0.0)).collect());
     }

@@ -51,7 +51,7 @@ pub(super) struct ProfileArguments {
     /// Drive a test profile instead of reading a recording, and write a whole recording of it
     #[arg(long, value_name = "NAME")]
     pub(super) profile: Option<Name>,
-    /// Samples a second, Hz [default: 250; ladder 100, reversal and modulation 1000, warmup 50]
+    /// Samples a second, Hz [default: 250; ladder and warmup 100, reversal and modulation 1000]
     #[arg(long, value_name = "HZ", requires = "profile")]
     rate: Option<f64>,
     /// Preload of the block, N; goes before operation.preload_n of the simulation (not ladder)
@@ -169,9 +169,8 @@ impl Name {
     const fn rate_hz(self) -> f64 {
         match self {
             Name::Staircase | Name::Map | Name::Dwell => 250.0,
-            Name::Ladder => 100.0,
+            Name::Ladder | Name::Warmup => 100.0,
             Name::Reversal | Name::Modulation => 1000.0,
-            Name::Warmup => 50.0,
         }
     }
 }
