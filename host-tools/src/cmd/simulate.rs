@@ -33,10 +33,10 @@ use sensors::SensorArguments;
 /// where they are set. Speeds change in smooth ramps. The carriage at rest is not pushed: the force there
 /// is the law's offset. Sensors disturb it where they are asked for.
 #[derive(clap::Args)]
-#[command(verbatim_doc_comment)]
+#[command(verbatim_doc_comment, allow_negative_numbers = true)]
 pub(crate) struct Arguments {
     /// Recording, CSV or Parquet; - is standard input
-    #[arg(value_name = "RECORDING", required_unless_present = "profile", conflicts_with = "profile")]
+    #[arg(value_name = "RECORDING", required_unless_present = "profile")]
     input: Option<PathBuf>,
     /// Simulation file
     #[arg(long, value_name = "SIM.toml")]
@@ -71,9 +71,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let simulation = load(&arguments.simulation)?;
     let told = match (&arguments.input, arguments.profile.profile) {
-        (Some(input), _) => recorded::run(arguments, input, &simulation, out)?,
+        (Some(input), None) => recorded::run(arguments, input, &simulation, out)?,
         (None, Some(name)) => driven::run(arguments, name, &simulation, out)?,
-        (None, None) => return Err(Failure::Usage("give a recording or --profile".to_owned())),
+        // said here: a conflict that clap knows of would silence what other options require
+        _ => return Err(Failure::Usage("give a recording or --profile, one of the two".to_owned())),
     };
     if let Some(path) = &arguments.html {
         fs::write(path, &told.page).map_err(|error| Failure::file(path, error))?;

@@ -58,10 +58,10 @@ pub(super) struct ProfileArguments {
     #[arg(long, value_name = "N", requires = "profile")]
     preload: Option<f64>,
     /// Known vertical load on the block, N, as a column; plain laws ignore it
-    #[arg(long, value_name = "N", requires = "profile", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", requires = "profile")]
     external_load: Option<f64>,
     /// Temperature of block and rail, °C, as columns (not warmup) [default: none, or 40 where the oil needs one]
-    #[arg(long, value_name = "DEGC", requires = "profile", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEGC", requires = "profile")]
     temperature: Option<f64>,
     /// Speeds, m/s, separated by commas (staircase, ladder, map); one speed (modulation, dwell, warmup)
     /// [default: the paper's 20 from 0.1 to 6 m/min; map 0.01,0.1, modulation 0.01, dwell 0.00167, warmup 0.1]
@@ -117,16 +117,16 @@ pub(super) struct ProfileArguments {
     #[arg(long, value_name = "S", requires = "profile")]
     resume: Option<f64>,
     /// Temperature of the surroundings, °C (warmup) [default: 22]
-    #[arg(long, value_name = "DEGC", requires = "profile", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEGC", requires = "profile")]
     ambient: Option<f64>,
     /// How far the block warms while running, K (warmup) [default: 10]
-    #[arg(long, value_name = "K", requires = "profile", allow_negative_numbers = true)]
+    #[arg(long, value_name = "K", requires = "profile")]
     block_rise: Option<f64>,
     /// Time constant of the block, s (warmup) [default: 900]
     #[arg(long, value_name = "S", requires = "profile")]
     block_time: Option<f64>,
     /// How far the rail warms while running, K (warmup) [default: 4]
-    #[arg(long, value_name = "K", requires = "profile", allow_negative_numbers = true)]
+    #[arg(long, value_name = "K", requires = "profile")]
     rail_rise: Option<f64>,
     /// Time constant of the rail, s (warmup) [default: 2700]
     #[arg(long, value_name = "S", requires = "profile")]
