@@ -253,6 +253,32 @@ fn profiles_are_recordings_whose_preload_comes_back() {
 }
 
 #[test]
+fn an_axis_without_a_guide_is_driven_with_its_mass() {
+    let folder = folder("axis");
+    let axis = "schema = \"guideblock.simulation/1\"\n[guide]\nlaw = \"coulomb-viscous\"\ncoulomb_n = 20\n\
+                viscous_n_s_m = 100\noffset_n = 2\n[axis]\nmoved_mass_kg = 50\n";
+    fs::write(folder.join("sim.toml"), axis).expect("writable");
+    simulate(
+        &folder,
+        &["--profile", "map", "--speeds-m-min", "6", "--strokes", "1", "--rate", "1000", "--out", "m.csv"],
+    );
+    let text = fs::read_to_string(folder.join("m.csv")).expect("written");
+    assert_eq!(text.lines().next(), Some("time_s,position_m,velocity_m_s,drag_force_n,segment"));
+    let run = read(&folder, "m.csv");
+    let velocity = run.velocity_m_s.as_ref().expect("written");
+    let mut fastest = 0.0f64;
+    for n in 1..run.len() - 1 {
+        // three rows around: right but for the first and last of a ramp, where the acceleration has a corner
+        let a = (velocity[n + 1] - velocity[n - 1]) * 500.0;
+        let sign = if velocity[n].abs() < 3e-5 { 0.0 } else { velocity[n].signum() };
+        let expected = sign * (20.0 + 100.0 * velocity[n].abs()) + 2.0 + 50.0 * a;
+        assert!((run.drag_force_n[n] - expected).abs() < 0.2, "{n}: {} {expected}", run.drag_force_n[n]);
+        fastest = fastest.max(a.abs());
+    }
+    assert!((fastest - 0.5).abs() < 1e-3, "{fastest}");
+}
+
+#[test]
 fn the_ladder_is_the_paper_s_grid_and_each_segment_tells_its_preload() {
     let folder = folder("ladder");
     simulate(&folder, &["--profile", "ladder", "--out", "ladder.csv"]);
@@ -458,6 +484,9 @@ fn wrong_usage_and_missing_columns_have_their_status() {
             2,
             "no value at a preload of 900000 N",
         ),
+        (&["--profile", "ladder", "--simulation", "sim.toml", "--order", "both"], 2, "one segment per preload"),
+        (&["--profile", "ladder", "--simulation", "sim.toml", "--preload", "9"], 2, "--preload means nothing"),
+        (&["run.csv", "--simulation", "sim.toml", "--seed", "3"], 2, "--profile"),
         (&["--profile", "dwell", "--simulation", "sim.toml", "--dwells", "9,1"], 2, "dwells must grow"),
         (&["--profile", "dwell", "--simulation", "sim.toml", "--speeds", "1,2"], 2, "--speeds takes one value here"),
         (&["--profile", "warmup", "--simulation", "sim.toml", "--rate", "100000"], 2, "million rows"),

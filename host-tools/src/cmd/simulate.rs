@@ -25,13 +25,13 @@ use sensors::SensorArguments;
 ///     guideblock simulate --profile staircase --simulation sim.toml --noise-n 0.1 --out stairs.csv
 ///
 /// RECORDING: one row per sample, time_s and simulated_force_n, without noise, positive towards
-/// +position as drag_force_n. Preload and temperature are those of the recording where it has them. A
-/// cell is empty where the law has no value: at rest, where friction is not determined, and where preload
-/// or temperature were not measured; how many and why is said on standard error.
+/// +position as drag_force_n. Preload and temperature are those of the recording where it has
+/// them. A cell is empty where the law has no value: at rest, where friction is not determined,
+/// and where preload or temperature were not measured; how many and why is said on standard error.
 ///
-/// --profile: a recording with time, position, velocity, force, preload, segment, and load and temperatures
-/// where they are set. Speeds change in smooth ramps. The carriage at rest is not pushed: the force there
-/// is the law's offset. Sensors disturb it where they are asked for.
+/// --profile: a recording with time, position, velocity, force, preload, segment, and load and
+/// temperatures where they are set. Speeds change in smooth ramps. The carriage at rest is not
+/// pushed: the force there is the law's offset. Sensors disturb it where they are asked for.
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment, allow_negative_numbers = true)]
 pub(crate) struct Arguments {

@@ -83,7 +83,8 @@ pub(super) struct ProfileArguments {
     /// How often forth and back (staircase, ladder: at each speed) [default: 1]; (map) [default: 5]
     #[arg(long, value_name = "N", requires = "profile")]
     strokes: Option<u32>,
-    /// Order of the speeds (staircase, ladder) [default: both; ladder up]
+    /// Order of the speeds (staircase, ladder; a ladder has one segment per preload and no both) [default: both; ladder
+    /// up]
     #[arg(long, requires = "profile")]
     order: Option<Direction>,
     /// Rest at the ends of a stroke, s (staircase, ladder, map) [default: 0.2]
@@ -328,6 +329,10 @@ impl ProfileArguments {
             ("rail-rise", self.rail_rise.is_some()),
             ("rail-time", self.rail_time.is_some()),
         ];
+        if name == Name::Ladder && self.order == Some(Direction::Both) {
+            let what = "a ladder has one segment per preload; give --order up or down";
+            return Err(Failure::Usage(format!("--profile ladder: {what}")));
+        }
         match given.iter().find(|(option, is_given)| *is_given && !name.takes().contains(option)) {
             None => Ok(()),
             Some((option, _)) => Err(Failure::Usage(format!(
