@@ -131,6 +131,12 @@ fn rows_that_cannot_be_used_keep_their_places() {
     assert!(got.iter().enumerate().all(|(n, (t, _))| *t == n as f64 / 100.0));
     assert!(stderr.contains("run.csv: 1 of 400 cells are empty: preload_n not measured there\n"), "{stderr}");
     assert!(stderr.contains("run.csv: 2 of 400 cells are empty: the row could not be used (see above)\n"), "{stderr}");
+    // nothing at all is a file of empty cells, and a failure
+    let still = record(300, |n| ["0".to_owned(), (n % 5).to_string(), "3000".to_owned(), String::new()]);
+    fs::write(folder.join("still.csv"), still).expect("writable");
+    let (status, stdout, stderr) = guideblock(&folder, &["simulate", "still.csv", "--simulation", "sim.toml"]);
+    assert_eq!((status, cells(&stdout).len()), (Some(3), 300));
+    assert!(stderr.contains("300 of 300 cells are empty: at rest") && stderr.contains("no sample has"), "{stderr}");
     // through a pipe just the same, and as Parquet
     let mut child = command(&folder, &["simulate", "-", "--simulation", "sim.toml"]);
     let mut child = child.stdin(Stdio::piped()).spawn().expect("the binary");

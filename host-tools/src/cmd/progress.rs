@@ -20,7 +20,7 @@ impl Bar {
         Self::new(name, "{msg} {bar:30} {bytes} of {total_bytes}, {eta} left")
     }
 
-    /// A sign that something is being done whose end cannot be told.
+    /// A sign that something is being done whose end cannot be told; so it is there at once.
     pub(crate) fn busy(name: &str) -> Self {
         let bar = Self::new(name, "{spinner} {msg}, {elapsed}");
         if let Some(bar) = &bar.bar {

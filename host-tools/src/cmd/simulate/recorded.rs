@@ -47,6 +47,10 @@ pub(super) fn run(arguments: &Arguments, input: &Path, simulation: &Simulation, 
     let difference: Vec<f64> = run.drag_force_n.iter().zip(&force_n).map(|(f, s)| f - s).collect();
     let mut lines: Vec<String> =
         silent.iter().map(|(why, n)| format!("{}: {n} of {} cells are empty: {why}", run.name, all.len())).collect();
+    if values == 0 {
+        lines.iter().for_each(say);
+        return Err(Failure::Data(format!("{}: no sample has a simulated force", run.name)));
+    }
     lines.push(format!(
         "{values} of {} samples have a simulated force, rms {:.3} N; the recorded force differs from it by {:.3} N rms",
         all.len(),
