@@ -8,7 +8,8 @@
 //! file       the simulation file: law, operation, axis, tolerance
 //! law        the drag force that the law says, row by row
 //! mechanism  the physics and the faults of sensors that a simulation may leave out
-//! profile    test profiles: motions that show what a guide does
+//! profile    how an axis is driven so that a recording tells something
+//! sensor     what sensors make of a run
 //! ```
 //!
 //! No file is opened and nothing is printed here: text comes in, numbers and reasons go out.
@@ -23,6 +24,7 @@ pub mod motion;
 pub mod profile;
 pub mod published;
 pub mod run;
+pub mod sensor;
 
 pub use document::BadFile;
 pub use file::Simulation;

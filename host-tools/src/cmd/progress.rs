@@ -20,6 +20,15 @@ impl Bar {
         Self::new(name, "{msg} {bar:30} {bytes} of {total_bytes}, {eta} left")
     }
 
+    /// A sign that something is being done whose end cannot be told; so it is there at once.
+    pub(crate) fn busy(name: &str) -> Self {
+        let bar = Self::new(name, "{spinner} {msg}, {elapsed}");
+        if let Some(bar) = &bar.bar {
+            bar.enable_steady_tick(MOMENT);
+        }
+        bar
+    }
+
     fn new(name: &str, template: &str) -> Self {
         let bar = stderr().is_terminal().then(|| {
             let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());

@@ -20,6 +20,11 @@ pub(crate) struct RecordingArguments {
 }
 
 impl RecordingArguments {
+    /// Whether all columns and rows are read as they are.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.mappings.is_empty() && self.selections.is_empty()
+    }
+
     /// Reads a run and says what was lost. `more` are mappings of a simulation file; the command line goes first.
     pub(crate) fn open(&self, path: &Path, more: &[Mapping]) -> Result<(Run, Losses), Failure> {
         let mappings = self.with(more);

@@ -1,238 +1,142 @@
 //! `guideblock simulate`
 
+mod driven;
 mod profile;
+mod recorded;
+mod sensors;
 
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
 use host_tools::recording::{Column, Kind, Mapping, write};
-use host_tools::simulate::{self, Sensors};
-use serde_json::json;
 use simulation::Simulation;
 use simulation::file::Law;
 use simulation::guide::GuideSet;
-use simulation::profile::Drive;
 
+use super::convert::is_same;
+use super::progress::Bar;
 use super::recordings::RecordingArguments;
 use super::{Failure, output, say};
 use profile::ProfileArguments;
+use sensors::SensorArguments;
 
-/// What a simulation says: the force for a recording's motion, or the recording of a test profile
-///
-/// With a recording, its motion, load and temperature drive the simulation; OUT has time_s and
-/// simulated_force_n, a row for every row of the recording, free of noise.
-///
-/// With --profile, OUT is a whole recording. The profiles, with their codes in a diagnosis:
-///
-///     staircase    strokes to and fro at rising speeds                  P1   --speeds --stroke --repeats --down
-///     ladder       the staircase at several preloads                    P2   --loads, and those of staircase
-///     map          the full stroke at 0.6 and 6 m/min                   P4   --speeds --length --repeats
-///     reversal     sinusoids, every amplitude at every frequency        P5   --amplitudes --frequencies --repeats
-///     modulation   speed swinging by 80 % about a mean                  P6   --speeds --frequencies --repeats
-///     dwell        rest 1, 10, 100 s, each time start at 0.1 m/min      P7   --dwells --speeds --stroke --repeats
-///     warm-up      to and fro, a pause, and on; three temperatures      P8   --duration --speeds --stroke
-///
-/// Sensors are perfect unless asked otherwise; the same --seed gives the same bytes.
+/// Force that a simulation says for the motion of a recording, or a whole recording of a test profile
 ///
 ///     guideblock simulate run.csv --simulation sim.toml --out simulated.csv
-///     guideblock simulate --profile ladder --noise-relative 0.01 --noise 0.1 --out ladder.csv
+///     guideblock simulate --profile staircase --simulation sim.toml --noise-n 0.1 --out stairs.csv
+///
+/// RECORDING: one row per sample, time_s and simulated_force_n, without noise, positive towards
+/// +position as drag_force_n. Preload and temperature are those of the recording where it has
+/// them. A cell is empty where the law has no value: at rest, where friction is not determined,
+/// and where preload or temperature were not measured; how many and why is said on standard error.
+///
+/// --profile: a recording with time, position, velocity, force, preload, segment, and load and
+/// temperatures where they are set. Speeds change in smooth ramps. The carriage at rest is not
+/// pushed: the force there is the law's offset. Sensors disturb it where they are asked for.
 #[derive(clap::Args)]
-#[command(verbatim_doc_comment)]
+#[command(verbatim_doc_comment, allow_negative_numbers = true)]
 pub(crate) struct Arguments {
-    /// Recording whose motion drives the simulation, CSV or Parquet; - is standard input
-    #[arg(value_name = "RECORDING", required_unless_present = "profile", conflicts_with = "profile")]
+    /// Recording, CSV or Parquet; - is standard input
+    #[arg(value_name = "RECORDING", required_unless_present = "profile")]
     input: Option<PathBuf>,
     /// Simulation file; without it, the set zhou-2023 at 3000 N
     #[arg(long, value_name = "SIM.toml")]
     simulation: Option<PathBuf>,
-    /// Where it is written, .csv or .parquet; without it, as CSV to standard output
+    /// File to write, .csv or .parquet; without it, CSV to standard output
     #[arg(long, value_name = "OUT")]
     out: Option<PathBuf>,
-    #[command(flatten)]
-    profile: ProfileArguments,
-    /// Sensors of a profile's recording; single options below go before theirs
-    #[arg(long, value_enum, requires = "profile")]
-    sensors: Option<Kit>,
-    /// Noise of the force, 1 sigma, as part of the force
-    #[arg(long, value_name = "PART", requires = "profile", value_parser = not_negative)]
-    noise_relative: Option<f64>,
-    /// Noise of the force, 1 sigma, N
-    #[arg(long, value_name = "N", requires = "profile", value_parser = not_negative)]
-    noise: Option<f64>,
-    /// Step of the force, N
-    #[arg(long, value_name = "N", requires = "profile", value_parser = not_negative)]
-    quantum: Option<f64>,
-    /// Corner of the force's low-pass, Hz
-    #[arg(long, value_name = "HZ", requires = "profile", value_parser = not_negative)]
-    lowpass: Option<f64>,
-    /// Noise of the velocity, 1 sigma, m/s
-    #[arg(long, value_name = "M/S", requires = "profile", value_parser = not_negative)]
-    speed_noise: Option<f64>,
-    /// Step of the position, m; the recording then has no velocity of its own
-    #[arg(long, value_name = "M", requires = "profile", value_parser = not_negative)]
-    position_quantum: Option<f64>,
-    /// Seed of all noise
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
-    /// Print a summary as one JSON object to standard output; needs --out
+    /// Print what was done as one JSON object to standard output
     #[arg(long, requires = "out")]
     json: bool,
-    /// Page with charts
+    /// Page with the force over time and over velocity
     #[arg(long, value_name = "OUT.html")]
     html: Option<PathBuf>,
     #[command(flatten)]
     recording: RecordingArguments,
-}
-
-/// Sensors that are known by name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Kit {
-    /// no noise, no steps, no filter
-    Perfect,
-    /// those of the block on the project's bench: 12 bits over ±100 N, 100 Hz, 5 µm
-    Block,
-}
-
-pub(super) fn not_negative(text: &str) -> Result<f64, String> {
-    text.parse()
-        .ok()
-        .filter(|x: &f64| x.is_finite() && *x >= 0.0)
-        .ok_or_else(|| "expected a number from 0 on".to_owned())
+    #[command(flatten)]
+    profile: ProfileArguments,
+    #[command(flatten)]
+    sensors: SensorArguments,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from("-"));
-    if Kind::of(&out).is_none() {
-        return Err(Failure::file(&out, "name it .csv or .parquet, so that it is clear what to write"));
+    let out = arguments.out.as_deref().unwrap_or(Path::new("-"));
+    if Kind::of(out).is_none() {
+        return Err(Failure::file(out, "name it .csv or .parquet, so that it is clear what to write"));
     }
-    let (simulation, mappings) = simulation(arguments)?;
-    match &arguments.input {
-        Some(input) => follow(arguments, input, &simulation, &mappings, &out),
-        None => make(arguments, &simulation, &out),
+    if arguments.input.is_none() && !arguments.recording.is_empty() {
+        return Err(Failure::Usage("--where and --column are for a recording, not for --profile".to_owned()));
     }
-}
-
-/// The force for a recording's motion.
-fn follow(
-    arguments: &Arguments,
-    input: &Path,
-    simulation: &Simulation,
-    mappings: &[Mapping],
-    out: &Path,
-) -> Result<(), Failure> {
-    let (mut run, _) = arguments.recording.open(input, mappings)?;
-    let force = simulate::force(simulation, &run).map_err(|why| Failure::Data(format!("{}: {why}", run.name)))?;
-    let without = force.iter().filter(|f| !f.is_finite()).count();
-    if without > 0 {
-        say(format_args!(
-            "{}: {without} of {} rows have no simulated force: preload or temperature was not measured there, or the \
-             load is beyond the contact's geometry",
-            run.name,
-            run.len()
-        ));
+    if arguments.input.as_deref().is_some_and(|input| is_same(input, out)) {
+        return Err(Failure::file(out, "is the recording itself; give the result another name"));
     }
-    let columns = [Column::numbers("time_s", &run.time_s), Column::numbers("simulated_force_n", &force)];
-    write(out, &columns)?;
-    let mut facts = vec![format!("{}: {} rows with the simulated force.", run.name, run.len() - without)];
-    let square: f64 =
-        force.iter().zip(&run.drag_force_n).map(|(s, m)| (m - s) * (m - s)).filter(|x| x.is_finite()).sum();
-    let rms = (square / (run.len() - without).max(1) as f64).sqrt();
-    facts.push(format!("Measured less simulated, root of the mean square: {rms:.4} N."));
-    report(arguments, &facts, json!({"rows": run.len(), "without_force": without, "rms_difference_n": rms}))?;
-    if let Some(path) = &arguments.html {
-        let title = format!("Simulated force for {}", run.name);
-        run.drag_force_n = force;
-        fs::write(path, simulate::page(&title, &run, &facts)).map_err(|error| Failure::file(path, error))?;
-    }
-    Ok(())
-}
-
-/// The recording of a profile.
-fn make(arguments: &Arguments, simulation: &Simulation, out: &Path) -> Result<(), Failure> {
-    let drive = Drive {
-        rate_hz: arguments.profile.rate,
-        acceleration_m_s2: arguments.profile.acceleration,
-        ..Drive::default()
+    let simulation = load(arguments.simulation.as_deref())?;
+    let told = match (&arguments.input, arguments.profile.profile) {
+        (Some(input), None) => recorded::run(arguments, input, &simulation, out)?,
+        (None, Some(name)) => driven::run(arguments, name, &simulation, out)?,
+        // said here: a conflict that clap knows of would silence what other options require
+        _ => return Err(Failure::Usage("give a recording or --profile, one of the two".to_owned())),
     };
-    let profile = arguments.profile.profile().map_err(Failure::Usage)?;
-    let mut run = profile.run(&drive).map_err(|why| Failure::Usage(why.to_string()))?;
-    if needs_temperature(simulation) && run.temperature_block_degc.is_none() {
-        run.temperature_block_degc = Some(vec![arguments.profile.temperature; run.len()]);
-    }
-    simulate::drive(simulation, &mut run).map_err(|why| Failure::Usage(why.to_string()))?;
-    if let Some(row) = run.drag_force_n.iter().position(|f| !f.is_finite()) {
-        let preload = run.preload_n.as_ref().map_or(f64::NAN, |p| p[row]);
-        return Err(Failure::Usage(format!("the law has no force for a preload of {preload} N; give another one")));
-    }
-    sensors(arguments).record(&mut run, arguments.seed);
-    let segments = simulate::segments(&run);
-    write(out, &simulate::columns(&run, &segments))?;
-    let name = arguments.profile.name();
-    let duration = run.len() as f64 / drive.rate_hz;
-    let facts = vec![format!(
-        "{name}: {} rows, {duration:.1} s, {} segments, seed {}.",
-        run.len(),
-        run.parts.len(),
-        arguments.seed
-    )];
-    let summary = json!({"profile": name, "rows": run.len(), "duration_s": duration, "segments": run.parts.len(), "seed": arguments.seed});
-    report(arguments, &facts, summary)?;
     if let Some(path) = &arguments.html {
-        let title = format!("Simulated recording: {name}");
-        fs::write(path, simulate::page(&title, &run, &facts)).map_err(|error| Failure::file(path, error))?;
+        fs::write(path, &told.page).map_err(|error| Failure::file(path, error))?;
     }
-    Ok(())
-}
-
-/// Says what was done: data when asked for, else talk.
-fn report(arguments: &Arguments, facts: &[String], summary: serde_json::Value) -> Result<(), Failure> {
     if arguments.json {
         let mut out = output();
-        writeln!(out, "{summary:#}")?;
+        writeln!(out, "{:#}", told.object)?;
         out.flush()?;
-    } else {
-        facts.iter().for_each(say);
+    }
+    for line in &told.lines {
+        say(line);
     }
     Ok(())
 }
 
-fn sensors(arguments: &Arguments) -> Sensors {
-    let kit = match arguments.sensors {
-        Some(Kit::Block) => Sensors::block(),
-        Some(Kit::Perfect) | None => Sensors::default(),
-    };
-    Sensors {
-        noise_relative: arguments.noise_relative.unwrap_or(kit.noise_relative),
-        noise_n: arguments.noise.unwrap_or(kit.noise_n),
-        quantum_n: arguments.quantum.unwrap_or(kit.quantum_n),
-        lowpass_hz: arguments.lowpass.unwrap_or(kit.lowpass_hz),
-        speed_noise_m_s: arguments.speed_noise.unwrap_or(kit.speed_noise_m_s),
-        position_quantum_m: arguments.position_quantum.unwrap_or(kit.position_quantum_m),
+impl Arguments {
+    /// Name of the simulation in messages.
+    fn simulation_name(&self) -> String {
+        self.simulation.as_ref().map_or_else(|| "zhou-2023".to_owned(), |path| path.display().to_string())
     }
 }
 
-/// The simulation of the command line, and its mappings.
-fn simulation(arguments: &Arguments) -> Result<(Simulation, Vec<Mapping>), Failure> {
-    let Some(path) = &arguments.simulation else {
-        let law = Law::Guide(GuideSet::zhou_2023());
-        let preload_n = arguments.profile.preload.or(Some(3000.0));
-        return Ok((Simulation { preload_n, ..Simulation::of(law) }, Vec::new()));
+/// What is told of a run beside its rows.
+struct Told {
+    lines: Vec<String>,
+    object: serde_json::Value,
+    /// Empty unless asked for.
+    page: String,
+}
+
+/// Reads a simulation file, or takes what stands in for it.
+fn load(path: Option<&Path>) -> Result<Simulation, Failure> {
+    let Some(path) = path else {
+        return Ok(Simulation { preload_n: Some(3000.0), ..Simulation::of(Law::Guide(GuideSet::zhou_2023())) });
     };
     let text = fs::read_to_string(path).map_err(|error| Failure::file(path, error))?;
-    let mut simulation =
-        Simulation::from_toml(&text).map_err(|why| Failure::Data(format!("{}: {why}", path.display())))?;
-    simulation.preload_n = arguments.profile.preload.or(simulation.preload_n);
-    let mut mappings = Vec::new();
-    for (name, mapping) in &simulation.columns {
-        mappings.push(Mapping::new(name, mapping).map_err(|why| Failure::file(path, why))?);
-    }
-    Ok((simulation, mappings))
+    Simulation::from_toml(&text).map_err(|why| Failure::Data(format!("{}: {why}", path.display())))
 }
 
-/// Whether the oil's viscosity follows the temperature.
-fn needs_temperature(simulation: &Simulation) -> bool {
-    let Law::Guide(set) = &simulation.law else { return false };
-    matches!(set.lubricant(), simulation::guide::Lubricant::Walther(_))
+/// The mappings that a simulation file has.
+fn mappings(path: Option<&Path>, simulation: &Simulation) -> Result<Vec<Mapping>, Failure> {
+    // what stands in for a file has none
+    let path = path.unwrap_or(Path::new(""));
+    let each = |(name, mapping): &(String, String)| {
+        Mapping::new(name, mapping).map_err(|why| Failure::file(path, format!("[columns]: {why}")))
+    };
+    simulation.columns.iter().map(each).collect()
+}
+
+/// Writes columns.
+fn put(path: &Path, columns: &[Column<'_>]) -> Result<(), Failure> {
+    let _bar = Bar::busy(&format!("writing {}", path.display()));
+    write(path, columns).map_err(|error| match error.kind() {
+        std::io::ErrorKind::BrokenPipe => Failure::Output(error),
+        _ => Failure::file(path, error),
+    })
+}
+
+/// Root of the mean square of what is finite; NaN of nothing.
+fn rms(column: &[f64]) -> f64 {
+    let (sum, count) = column.iter().filter(|x| x.is_finite()).fold((0.0, 0usize), |(s, n), x| (s + x * x, n + 1));
+    (sum / count as f64).sqrt()
 }

@@ -1,36 +1,49 @@
-//! A simulated recording as a page for people.
+//! A simulated force as a page for people.
 
-use simulation::run::Run;
+use simulation::motion::Motion;
 
 use crate::report::chart::Chart;
 use crate::report::page::Page;
 
-/// Makes the page; `facts` are said in words.
-pub fn page(title: &str, run: &Run, facts: &[String]) -> String {
+/// Points of a cloud that are drawn at most.
+const MOST_POINTS: usize = 3000;
+
+/// A force over the rows of a run; NaN where there is none.
+pub type Series<'a> = (&'a str, &'a [f64]);
+
+/// Makes the page: what was asked for in a sentence, each force over time and over the velocity, and facts in a table.
+///
+/// The last series is drawn on top.
+pub fn page(
+    title: &str,
+    lead: &str,
+    time_s: &[f64],
+    motion: &Motion,
+    forces: &[Series],
+    facts: &[Vec<String>],
+) -> String {
     let mut page = Page::new(title);
-    for fact in facts {
-        page.prose(fact);
+    page.lead(lead);
+    let (mut over_time, mut over_speed) = (
+        Chart::new("Force over time", "time (s)", "force of the drive (N)"),
+        Chart::new("Force over velocity", "velocity (m/s)", "force of the drive (N)").from_zero(),
+    );
+    let stride = time_s.len().div_ceil(MOST_POINTS).max(1);
+    for (n, (name, force)) in forces.iter().enumerate() {
+        let line = time_s.iter().copied().zip(force.iter().copied()).collect();
+        // told apart without colour too
+        over_time = if n == 0 { over_time.line(name, line) } else { over_time.dashed(name, line) };
+        let points = motion.velocity_m_s.iter().zip(*force).step_by(stride).filter(|(_, f)| f.is_finite());
+        over_speed = over_speed.points(name, points.map(|(v, f)| (*v, *f, 0.0)).collect());
     }
-    let over = |name: &str, unit: &str, column: &[f64]| {
-        Chart::new(name, "time (s)", unit).line(name, run.time_s.iter().copied().zip(column.iter().copied()).collect())
-    };
-    page.heading("Over time");
-    page.picture(&over("drag force", "drag force (N)", &run.drag_force_n).svg());
-    if let Some(x) = &run.position_m {
-        page.picture(&over("position", "position (m)", x).height(240.0).svg());
+    let travel = Chart::new("Motion", "time (s)", "velocity (m/s)")
+        .height(200.0)
+        .line("velocity", time_s.iter().copied().zip(motion.velocity_m_s.iter().copied()).collect());
+    page.heading("Over time").picture(&over_time.svg()).picture(&travel.svg());
+    page.heading("Over velocity").picture(&over_speed.svg());
+    if stride > 1 {
+        page.prose(&format!("One of {stride} samples is drawn over the velocity."));
     }
-    if let Some(v) = &run.velocity_m_s {
-        let points = v.iter().copied().zip(run.drag_force_n.iter().copied()).collect();
-        let chart = Chart::new("Force over velocity", "velocity (m/s)", "drag force (N)").line("drag force", points);
-        page.heading("Over velocity").picture(&chart.svg());
-    }
-    if let (Some(block), Some(rail)) = (&run.temperature_block_degc, &run.temperature_rail_degc) {
-        let line = |column: &[f64]| run.time_s.iter().copied().zip(column.iter().copied()).collect::<Vec<_>>();
-        let chart = Chart::new("Temperature", "time (s)", "temperature (°C)")
-            .line("block", line(block))
-            .dashed("rail", line(rail))
-            .height(280.0);
-        page.heading("Temperature").picture(&chart.svg());
-    }
+    page.heading("In numbers").table(&["", "value"], facts);
     page.finish()
 }

@@ -2,19 +2,14 @@ use super::*;
 use crate::file::{Law, Simulation};
 use crate::guide::GuideSet;
 use crate::motion::Motion;
-use crate::profile::{Drive, Ladder, Profile};
+use crate::profile::{Conditions, Ladder, Staircase};
 use crate::run::Run;
 
 /// A rich run: two preloads, speeds over a decade, rests, temperatures, a load.
 fn rich() -> (Simulation, Run) {
-    let ladder = Ladder {
-        preloads_n: vec![1500.0, 4000.0],
-        speeds_m_s: vec![0.004, 0.02, 0.08],
-        stroke_m: 0.3,
-        repeats: 1,
-        and_down: false,
-    };
-    let mut run = ladder.run(&Drive { rate_hz: 400.0, ..Drive::default() }).expect("drivable");
+    let staircase = Staircase { speeds_m_s: vec![0.004, 0.02, 0.08], ..Staircase::default() };
+    let ladder = Ladder { preloads_n: vec![1500.0, 4000.0], staircase };
+    let mut run = ladder.course(400.0, &Conditions::default()).expect("drivable").run;
     let rows = run.len();
     let share = |n: usize| n as f64 / rows as f64;
     run.temperature_block_degc = Some((0..rows).map(|n| 24.0 + 9.0 * share(n)).collect());

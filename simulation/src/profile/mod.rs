@@ -1,109 +1,168 @@
-//! Test profiles: motions of an axis that show what a guide does, as runs without a force yet.
+//! Test profiles: how an axis is driven so that a recording tells something.
 //!
 //! ```text
-//! staircase   strokes at rising speeds, then falling          one preload: the Stribeck curve        (P1)
-//! ladder      the staircase at several loads                  the constants of the law               (P2)
-//! map         the full stroke, slow and fast, several times   what is tied to a place                (P4)
-//! reversal    sinusoids of several widths and frequencies     presliding, lag                        (P5)
-//! modulation  speed swinging about a mean                     frictional lag, inertia                (P6)
-//! dwell       rest, start slowly, rest longer                 breakaway                              (P7)
-//! warm-up     hours to and fro, a pause, and on               temperature, run-in                    (P8)
+//! staircase   every speed of a list, forth and back, up and down the list
+//! ladder      a staircase at every preload of a list
+//! map         the whole stroke at constant speed, forth and back, again and again
+//! reversal    small sinusoids around one place
+//! modulation  a speed that swells and falls without turning back
+//! dwell       ever longer rests, and a slow start after each
+//! warm_up     running, a stop, running again; block and rail warm up and cool down
 //! ```
 //!
-//! The codes are those by which a diagnosis asks for the next run.
+//! A profile is numbers in, a [`Course`] out: rows of time, motion and what the rig sets. Speeds change in smooth ramps of
+//! limited acceleration. The force is for a law to say.
 
-mod course;
 mod dwell;
 mod ladder;
 mod map;
 mod modulation;
+pub mod paper_grid;
+mod path;
+mod phase;
 mod reversal;
+mod staircase;
 mod warm_up;
 
 pub use dwell::Dwell;
 pub use ladder::Ladder;
 pub use map::Map;
 pub use modulation::Modulation;
+pub use path::MOST_ROWS;
 pub use reversal::Reversal;
-pub use warm_up::WarmUp;
+pub use staircase::{Order, Staircase};
+pub use warm_up::{WarmUp, Warming};
 
+use model_core::quantity;
+
+use crate::motion::Motion;
 use crate::run::Run;
 
-/// The paper's 20 speeds, m/min.
-pub const SPEEDS_M_MIN: [f64; 20] =
-    [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 5.5, 6.0];
-
-/// Rows of a run at most: 24 h at 1 kHz.
-pub const MOST_ROWS: usize = 86_400_000;
-
-/// What every profile needs of the axis. SI units.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drive {
-    /// Rows a second, 1 to 1e5.
-    pub rate_hz: f64,
-    /// Acceleration of ramps, m/s², above 0.
-    pub acceleration_m_s2: f64,
-    /// Position where the profile starts, m.
-    pub origin_m: f64,
+/// What the rig sets and keeps.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Conditions {
+    /// Preload of the block, N; a profile with preloads of its own does not look at it.
+    pub preload_n: Option<f64>,
+    /// Vertical load on the block, N.
+    pub external_load_n: Option<f64>,
+    /// Temperature of block and rail, °C; a profile with temperatures of its own does not look at it.
+    pub temperature_degc: Option<f64>,
 }
 
-impl Default for Drive {
-    fn default() -> Self {
-        Drive { rate_hz: 200.0, acceleration_m_s2: 1.0, origin_m: 0.0 }
+impl Conditions {
+    fn check(&self) -> Result<(), Unfit> {
+        for (what, value, row) in [
+            ("preload", self.preload_n, quantity::range("preload_n")),
+            ("temperature", self.temperature_degc, quantity::range("temperature_degc")),
+        ] {
+            if let (Some(value), Some(row)) = (value, row) {
+                Unfit::check(what, value, row.min, row.max, row.unit)?;
+            }
+        }
+        self.external_load_n.map_or(Ok(()), |load| Unfit::check("external-load", load, -1e6, 1e6, "N"))
     }
 }
 
-impl Drive {
-    /// The duration that whole rows make of another one, s.
-    fn whole(&self, duration_s: f64) -> f64 {
-        (duration_s * self.rate_hz).round().max(1.0) / self.rate_hz
-    }
+/// A driven profile.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Course {
+    /// Time, motion, segments and what the rig sets. The force is 0 in every row until a law has said it.
+    pub run: Run,
+    /// The same motion with the acceleration, none of it derived from rows.
+    pub motion: Motion,
 }
 
-/// Why a profile cannot be driven.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Undrivable {
-    /// A stroke is too short to reach its speed.
+/// Why a profile cannot be driven. Quantities have the names of the command's options.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum Unfit {
+    /// A number that is not legal.
+    #[error("{what} must lie between {min} and {max} {unit}, not {value}")]
+    OutOfRange {
+        /// Which one.
+        what: &'static str,
+        /// What was given.
+        value: f64,
+        /// Smallest legal value.
+        min: f64,
+        /// Largest legal value.
+        max: f64,
+        /// Unit of all three.
+        unit: &'static str,
+    },
+    /// A list without entries.
+    #[error("{0} needs at least one value")]
+    Nothing(&'static str),
+    /// A list where one value is meant.
+    #[error("{0} takes one value here")]
+    NotOne(&'static str),
+    /// No room for the ramps.
     #[error(
-        "a stroke of {stroke_m} m does not reach {speed_m_s:.4} m/s with {acceleration_m_s2} m/s²: it needs more than {needed_m:.4} m"
+        "a stroke of {length_m} m is too short for {speed_m_s} m/s: getting there and stopping takes {needed_m:.4} m; \
+         give a longer length, a lower speed or a higher acceleration"
     )]
     TooShort {
-        /// Length of the stroke, m.
-        stroke_m: f64,
-        /// Speed that it was to have, m/s.
+        /// The stroke.
+        length_m: f64,
+        /// The speed.
         speed_m_s: f64,
-        /// Acceleration, m/s².
-        acceleration_m_s2: f64,
-        /// Length of its two ramps, m.
+        /// What the ramps take.
         needed_m: f64,
     },
-    /// More rows than anybody wants.
-    #[error("the profile would have {0} rows, more than {MOST_ROWS}; lower the rate or shorten it")]
-    TooLong(u64),
-    /// A number that makes no motion.
-    #[error("{0} must be above 0")]
-    NotPositive(&'static str),
-    /// Nothing in a list.
-    #[error("no {0} at all")]
-    Empty(&'static str),
+    /// The dwells of a profile of growing dwells do not grow.
+    #[error(
+        "dwells must grow, {after_s} s does not come after {before_s} s: what the longer one adds could not be told"
+    )]
+    NotGrowing {
+        /// A dwell.
+        before_s: f64,
+        /// The one after it.
+        after_s: f64,
+    },
+    /// More rows than anybody can mean.
+    #[error(
+        "{duration_s:.0} s at {rate_hz} Hz are {:.0} million rows, more than {:.0} million; give a lower rate or a shorter profile",
+        1e-6 * duration_s * rate_hz,
+        1e-6 * MOST_ROWS
+    )]
+    TooLong {
+        /// Length of the profile.
+        duration_s: f64,
+        /// Rows a second.
+        rate_hz: f64,
+    },
+    /// No load per ball carries that lateral force.
+    #[error("the guide's geometry carries no lateral force of {lateral_n} N; give preloads")]
+    NoLoad {
+        /// The lateral force.
+        lateral_n: f64,
+    },
 }
 
-/// A profile makes a run without force: time, position, velocity, acceleration, segments, and the columns of load and
-/// temperature where it sets them. The force is 0 everywhere.
-pub trait Profile {
-    /// The run.
-    ///
-    /// # Errors
-    /// [`Undrivable`].
-    fn run(&self, drive: &Drive) -> Result<Run, Undrivable>;
-}
-
-fn positive(name: &'static str, values: &[f64]) -> Result<(), Undrivable> {
-    if values.is_empty() {
-        return Err(Undrivable::Empty(name));
+impl Unfit {
+    /// Checks a number; not a number is out of range.
+    fn check(what: &'static str, value: f64, min: f64, max: f64, unit: &'static str) -> Result<(), Unfit> {
+        if value >= min && value <= max { Ok(()) } else { Err(Unfit::OutOfRange { what, value, min, max, unit }) }
     }
-    if values.iter().all(|x| *x > 0.0 && x.is_finite()) { Ok(()) } else { Err(Undrivable::NotPositive(name)) }
+
+    /// Checks a list of them.
+    fn check_all(what: &'static str, values: &[f64], min: f64, max: f64, unit: &'static str) -> Result<(), Unfit> {
+        if values.is_empty() {
+            return Err(Unfit::Nothing(what));
+        }
+        values.iter().try_for_each(|value| Unfit::check(what, *value, min, max, unit))
+    }
 }
 
-#[cfg(test)]
-mod tests;
+/// Limits that profiles share.
+mod limits {
+    /// Speeds, m/s.
+    pub(super) const SPEED: (f64, f64) = (1e-6, 20.0);
+    /// Lengths of travel, m.
+    pub(super) const LENGTH: (f64, f64) = (1e-6, 500.0);
+    /// Durations, s.
+    pub(super) const DURATION: (f64, f64) = (0.0, 1e7);
+    /// How often something is repeated.
+    pub(super) const TIMES: (f64, f64) = (1.0, 1e5);
+    /// Frequencies, Hz.
+    pub(super) const FREQUENCY: (f64, f64) = (1e-4, 1e3);
+}
