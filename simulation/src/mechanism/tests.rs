@@ -7,7 +7,8 @@ use crate::run::Run;
 
 /// A rich run: two preloads, speeds over a decade, rests, temperatures, a load.
 fn rich() -> (Simulation, Run) {
-    let staircase = Staircase { speeds_m_s: vec![0.004, 0.02, 0.08], ..Staircase::default() };
+    let staircase =
+        Staircase { speeds_m_s: vec![0.004, 0.02, 0.08], length_m: 0.3, hold_s: 0.0, ..Staircase::default() };
     let ladder = Ladder { preloads_n: vec![1500.0, 4000.0], staircase };
     let mut run = ladder.course(400.0, &Conditions::default()).expect("drivable").run;
     let rows = run.len();
@@ -196,15 +197,11 @@ fn the_context_remembers_what_came_before() {
     let motion = Motion::of(&run);
     let c = Context::of(&simulation, &run, &motion).expect("a law");
     let first = c.at_rest.iter().position(|rest| !rest).expect("moves");
-    assert!(
-        c.dwell_s[first] > 0.9 && c.since_reversal_m[first] < 1e-3,
-        "{} {}",
-        c.dwell_s[first],
-        c.since_reversal_m[first]
-    );
+    assert!(c.dwell_s[first] > 0.15 && c.since_reversal_m[first] < 1e-3);
     let turn = (first..run.len()).find(|n| c.direction[*n] < 0.0).expect("turns");
-    assert!(c.since_reversal_m[turn] < 1e-3 && c.since_reversal_m[turn - 20] > 0.29);
-    assert!((c.travel_m[turn] - 0.3).abs() < 1e-3);
+    // the rest between the two strokes is in the direction of the first
+    assert!(c.since_reversal_m[turn] < 1e-3 && c.dwell_s[turn] > 0.15 && c.since_reversal_m[turn - 10] > 0.29);
+    assert!(c.travel_m[turn] > 0.3 && c.travel_m[turn] < 0.32);
     assert!(c.direction.iter().all(|d| d.abs() == 1.0));
     // the drag of a guide grows with preload nearly in proportion
     let ratio = c.by_preload_n[first + 200] / c.steady.force_n[first + 200];
