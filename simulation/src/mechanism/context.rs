@@ -66,7 +66,7 @@ pub struct Context<'a> {
     pub direction: Vec<f64>,
     /// Way from the first row of the run, m; goes on over the parts.
     pub travel_m: Vec<f64>,
-    /// Way since the last reversal or start, m; [`FAR_M`] and more where a part starts in motion.
+    /// Way since the last reversal or start, m; a metre and more where a part starts in motion.
     pub since_reversal_m: Vec<f64>,
     /// Rest before the present movement, s.
     pub dwell_s: Vec<f64>,
