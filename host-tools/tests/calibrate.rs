@@ -200,6 +200,43 @@ fn the_real_lead_screws_are_told_apart() {
     assert!(error(&two, 2) > error(&two, 0), "{two}");
 }
 
+/// The file of an axis simulates the very curve that was fitted.
+#[test]
+fn an_axis_goes_on_as_a_simulation_file() {
+    let folder = folder("axis");
+    let law = |v: f64| v.signum() * (20.0 + 200.0 * v.abs() + 6.0 * (-v.abs() / 0.02).exp()) - 3.0 + 30.0 * v.abs();
+    let mut table = "velocity_m_s,drag_force_n\n".to_owned();
+    let speeds = (1..=24).map(|n| 0.002 * 1.21f64.powi(n));
+    for (n, v) in speeds.flat_map(|v| [v, -v]).enumerate() {
+        let noise = 0.05 * ((n as f64 * 0.618_034).fract() - 0.5);
+        writeln!(table, "{v},{}", law(v) + noise).unwrap();
+    }
+    let (means, axis, run) = (folder.join("means.csv"), folder.join("axis.toml"), folder.join("run.csv"));
+    fs::write(&means, table).unwrap();
+    let found = json(&calibrate(&[means.to_str().unwrap(), "--json", "--out", axis.to_str().unwrap()]));
+    assert_eq!(found["stribeck_supported"], true);
+    let file = fs::read_to_string(&axis).unwrap();
+    assert!(file.contains("id = \"stribeck\"") && file.contains("form = \"of-speed\""), "{file}");
+    let file = file.replace("[axis]", "[axis]\nmoved_mass_kg = 0.0");
+    fs::write(&axis, file).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_guideblock"))
+        .args(["simulate", "--profile", "map", "--speeds", "0.005,0.1", "--simulation", axis.to_str().unwrap(), "--out"])
+        .arg(&run)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let run = fs::read_to_string(run).unwrap();
+    let names: Vec<&str> = run.lines().next().unwrap().split(',').collect();
+    let place = |name: &str| names.iter().position(|n| *n == name).unwrap();
+    let (v, f) = (place("velocity_m_s"), place("drag_force_n"));
+    for line in run.lines().skip(1) {
+        let cells: Vec<f64> = line.split(',').map(|c| c.parse().unwrap_or(f64::NAN)).collect();
+        if cells[v].abs() > 0.004 {
+            assert!((cells[f] - law(cells[v])).abs() < 0.1, "{line}: {}", law(cells[v]));
+        }
+    }
+}
+
 #[test]
 fn what_cannot_be_calibrated_is_said() {
     let folder = folder("refused");
@@ -215,7 +252,7 @@ fn what_cannot_be_calibrated_is_said() {
     let guide = folder.join("never.toml").display().to_string();
     let few = file("few.csv", "velocity_m_s,drag_force_n,preload_n\n0.01,5,3000\n0.02,5,3000\n");
     for (arguments, expected) in [
-        (vec![plain.as_str(), "--out", &guide], "a guide is calibrated from a column preload_n"),
+        (vec![plain.as_str(), "--record", &guide], "a guide is calibrated from a column preload_n"),
         (vec![plain.as_str()], "3 speeds; at least 6 are needed"),
         (vec![file("full.csv", &full).as_str()], "no column temperature_block_degc"),
         (vec![few.as_str(), "--viscosity=100"], "2 strokes at known load"),

@@ -1,4 +1,4 @@
-//! What a calibration is made for: the guide file, and the parameter record of a block.
+//! What a calibration is made for: the guide file, an axis' file, and the parameter record of a block.
 
 use can_wire::parameters::ParameterRecord;
 use model_core::reduced::Reduced;
@@ -8,7 +8,9 @@ use simulation::file::Law;
 use simulation::guide::Lubricant;
 
 use super::Calibration;
+use calibration::axis_curve::{Measured, Selection};
 use calibration::fit::NAMES;
+use simulation::mechanism::{Added, Id, definition};
 
 /// Why the fitted law is not written.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -31,6 +33,32 @@ pub fn guide_file(calibration: &Calibration, base: &Simulation) -> Result<Simula
     let mut simulation = Simulation { law: Law::Guide(set), ..base.clone() };
     simulation.tolerance.friction = friction_sigma(calibration);
     Ok(simulation)
+}
+
+/// The axis as a simulation file: its Coulomb and viscous friction as the law, the terms beyond it as mechanisms. Its
+/// mass does not show in strokes at steady speed and is left to be fitted.
+pub fn axis_file(found: &Selection) -> Simulation {
+    let curve = &found.curve;
+    let value = |m: Option<Measured>| m.map(|m| m.0);
+    let mut simulation = Simulation::of(Law::CoulombViscous {
+        coulomb_n: Some(curve.coulomb.0),
+        viscous_n_s_m: Some(curve.viscous.0),
+        offset_n: Some(value(curve.offset).unwrap_or(0.0)),
+    });
+    if let (Some(force), Some(speed)) = (value(curve.stribeck), value(curve.stribeck_speed)) {
+        let stribeck = Added { id: Id::Stribeck, form: 0, shape: vec![speed], amplitudes: vec![force] };
+        simulation.mechanisms.push(stribeck);
+    }
+    if let Some(viscous) = value(curve.viscous_asymmetry) {
+        let form = definition(Id::DirectionAsymmetry).forms.iter().position(|form| form.name == "of-speed");
+        simulation.mechanisms.extend(form.map(|form| Added {
+            id: Id::DirectionAsymmetry,
+            form,
+            shape: Vec::new(),
+            amplitudes: vec![viscous],
+        }));
+    }
+    simulation
 }
 
 /// Relative standard deviation of the friction coefficient over the strokes, RMS.

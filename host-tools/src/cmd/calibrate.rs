@@ -61,7 +61,7 @@ pub(crate) struct Arguments {
     /// Length of the windows that strokes are looked for with, s
     #[arg(long, value_name = "S", default_value_t = 0.2, value_parser = positive)]
     every: f64,
-    /// Guide file with the fitted constants
+    /// Guide file with the fitted constants; simulation file of an axis
     #[arg(long, value_name = "GUIDE.toml")]
     out: Option<PathBuf>,
     /// Parameter record of a block, for its flash
@@ -128,7 +128,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
                 calibrate::calibrate(&cells, set, &settings).map_err(|why| Failure::Data(format!("{name}: {why}")))?;
             write_guide(arguments, &name, &found, &simulation)
         }
-        Some(_) if arguments.guide.is_some() || arguments.out.is_some() || arguments.record.is_some() => {
+        Some(_) if arguments.guide.is_some() || arguments.record.is_some() => {
             let why = "no reference load; a guide is calibrated from a column preload_n, or [operation] preload_n";
             Err(Failure::Data(format!("{name}: {why}")))
         }
@@ -246,8 +246,8 @@ fn write_guide(arguments: &Arguments, name: &str, found: &Calibration, base: &Si
 }
 
 fn write_axis(arguments: &Arguments, name: &str, all: &[Stroke]) -> Result<(), Failure> {
-    if arguments.out.is_some() || arguments.record.is_some() {
-        let why = "without a reference load there is no guide to write; --out and --record need preload_n";
+    if arguments.record.is_some() {
+        let why = "without a reference load there is no guide for a block; --record needs preload_n";
         return Err(Failure::Data(format!("{name}: {why}")));
     }
     say(format_args!("{name}: no reference load: friction over speed alone, {} strokes", all.len()));
@@ -256,6 +256,10 @@ fn write_axis(arguments: &Arguments, name: &str, all: &[Stroke]) -> Result<(), F
     let found = axis_curve::select(&points).map_err(|why| Failure::Data(format!("{name}: {why}")))?;
     if let Some(path) = &arguments.html {
         fs::write(path, calibrate::axis_page(name, &points, &found)).map_err(|error| Failure::file(path, error))?;
+    }
+    if let Some(path) = &arguments.out {
+        let text = format!("# {} strokes of {name}\n{}", all.len(), calibrate::axis_file(&found).to_toml());
+        fs::write(path, text).map_err(|error| Failure::file(path, error))?;
     }
     let mut out = output();
     if arguments.json {
