@@ -13,3 +13,4 @@ pub mod levels;
 pub mod noise;
 mod separable;
 pub mod staircase;
+pub mod stated;

@@ -220,7 +220,16 @@ fn an_axis_goes_on_as_a_simulation_file() {
     let file = file.replace("[axis]", "[axis]\nmoved_mass_kg = 0.0");
     fs::write(&axis, file).unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_guideblock"))
-        .args(["simulate", "--profile", "map", "--speeds", "0.005,0.1", "--simulation", axis.to_str().unwrap(), "--out"])
+        .args([
+            "simulate",
+            "--profile",
+            "map",
+            "--speeds",
+            "0.005,0.1",
+            "--simulation",
+            axis.to_str().unwrap(),
+            "--out",
+        ])
         .arg(&run)
         .output()
         .unwrap();

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::convention::{C2, CONVENTIONS, QUOTED_MINIMA, Score};
 use super::grid::{GridClaim, grid_claims};
+use super::left_out::{LeftOut, left_out};
 use super::{grid, oh, one_curve, printed};
 
 /// What became of a statement.
@@ -62,6 +63,8 @@ pub struct Findings {
     pub grid: Vec<GridClaim>,
     /// Scores of the readings, `C1` first.
     pub scores: Vec<Score>,
+    /// What would have to be added to Eq. 20.
+    pub left_out: LeftOut,
 }
 
 /// Makes the comparison for the groove conformity of the published set; `None` if a measured load is beyond the
@@ -69,7 +72,7 @@ pub struct Findings {
 pub fn findings() -> Option<Findings> {
     let scores: Vec<Score> = CONVENTIONS.iter().map(|c| c.score(GUIDE.conformity_slider)).collect::<Option<_>>()?;
     let grid = grid_claims(&scores);
-    Some(Findings { claims: claims()?, grid, scores })
+    Some(Findings { claims: claims()?, grid, scores, left_out: left_out()? })
 }
 
 fn percent(ratio: f64) -> String {

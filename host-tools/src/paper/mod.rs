@@ -12,6 +12,7 @@
 //! - [`slip_series`]: the best short series of the sliding speed, a yardstick for the block's own
 //! - [`claims`]: the lines stated, computed, difference, verdict
 //! - [`grid`]: what the text says of the measured grid, under every reading
+//! - [`left_out`]: what would have to be added to Eq. 20 for the text's own statements
 //! - [`report`]: those lines as text, JSON and a page
 
 pub mod claims;
@@ -19,6 +20,7 @@ pub mod conditioning;
 pub mod convention;
 pub mod grid;
 pub mod hertz;
+pub mod left_out;
 pub mod oh;
 pub mod one_curve;
 pub mod printed;

@@ -34,6 +34,11 @@ pub fn text(findings: &Findings) -> String {
             short(score.exponent.1)
         );
     }
+    let _ = writeln!(out, "\nWHAT EQ. 20 LEAVES OUT\n\n{}\n", findings.left_out.words);
+    for c in &findings.left_out.candidates {
+        let name = c.added.unwrap_or("Eq. 20 alone");
+        let _ = writeln!(out, "  {name:<22} {:<9} chi2 {:>6.1}   p {:.1e}", c.hersey, c.chi2, c.p_value);
+    }
     let _ = writeln!(out, "\nSTATEMENTS ABOUT THE MEASURED GRID (+ holds, - contradicted)");
     for claim in &findings.grid {
         let _ = writeln!(out, "\n{}: {}", claim.place, claim.stated);
@@ -86,6 +91,7 @@ pub fn json(findings: &Findings) -> String {
         "claims": findings.claims,
         "readings": readings,
         "grid": findings.grid,
+        "left_out": findings.left_out,
     })
     .to_string()
 }
@@ -155,6 +161,23 @@ pub fn page(findings: &Findings) -> String {
         })
         .collect();
     page.table(&["place", "about", "stated", "computed", "difference", "verdict"], &rows);
+    page.heading("What Eq. 20 leaves out");
+    page.prose(&findings.left_out.words);
+    let rows: Vec<Vec<String>> = findings
+        .left_out
+        .candidates
+        .iter()
+        .map(|c| {
+            vec![
+                c.added.unwrap_or("Eq. 20 alone").to_owned(),
+                c.hersey.to_owned(),
+                format!("{:.1}", c.chi2),
+                format!("{:.1e}", c.p_value),
+                c.story.to_owned(),
+            ]
+        })
+        .collect();
+    page.table(&["added", "Hersey number", "χ²", "probability", "cause"], &rows);
     page.heading("Readings of the Hersey number");
     let rows: Vec<Vec<String>> = CONVENTIONS
         .iter()
