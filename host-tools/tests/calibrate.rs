@@ -216,7 +216,7 @@ fn an_axis_goes_on_as_a_simulation_file() {
     let found = json(&calibrate(&[means.to_str().unwrap(), "--json", "--out", axis.to_str().unwrap()]));
     assert_eq!(found["stribeck_supported"], true);
     let file = fs::read_to_string(&axis).unwrap();
-    assert!(file.contains("id = \"stribeck\"") && file.contains("form = \"of-speed\""), "{file}");
+    assert!(file.contains("id = \"stribeck\"") && file.contains("form = \"by-speed\""), "{file}");
     let file = file.replace("[axis]", "[axis]\nmoved_mass_kg = 0.0");
     fs::write(&axis, file).unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_guideblock"))

@@ -8,6 +8,10 @@
 //!
 //! [operation]
 //! preload_n = 3000.0
+//!
+//! [[mechanism]]                     # what acts beside the law; any number of them
+//! id = "seal-drag"
+//! drag_n = 4.2
 //! ```
 //!
 //! A file with neither `[guide]` nor `[lubricant]` nor `[operation]` holds a run against its own column
@@ -37,7 +41,7 @@ pub struct Simulation {
     pub tolerance: Tolerance,
     /// How columns of a recording are read: name and `column:scale[:offset]`, in the order of their names.
     pub columns: Vec<(String, String)>,
-    /// What was found to be missing in the law, and added to it.
+    /// What acts beside the law, in the order of the file.
     pub mechanisms: Vec<Added>,
 }
 

@@ -10,7 +10,7 @@ use simulation::guide::Lubricant;
 use super::Calibration;
 use calibration::axis_curve::{Measured, Selection};
 use calibration::fit::NAMES;
-use simulation::mechanism::{Added, Id, definition};
+use simulation::mechanism::{Added, Id};
 
 /// Why the fitted law is not written.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -50,13 +50,13 @@ pub fn axis_file(found: &Selection) -> Simulation {
         simulation.mechanisms.push(stribeck);
     }
     if let Some(viscous) = value(curve.viscous_asymmetry) {
-        let form = definition(Id::DirectionAsymmetry).forms.iter().position(|form| form.name == "of-speed");
-        simulation.mechanisms.extend(form.map(|form| Added {
+        // the form in which the share of the friction stands before the part that grows with speed
+        simulation.mechanisms.push(Added {
             id: Id::DirectionAsymmetry,
-            form,
+            form: 1,
             shape: Vec::new(),
-            amplitudes: vec![viscous],
-        }));
+            amplitudes: vec![0.0, viscous],
+        });
     }
     simulation
 }

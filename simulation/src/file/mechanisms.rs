@@ -1,83 +1,139 @@
-//! The entries `[[mechanism]]` of an augmented simulation file.
+//! The entries `[[mechanism]]` of a simulation file.
+//!
+//! ```toml
+//! [[mechanism]]
+//! id = "seal-drag"
+//! form = "minimal"        # may be left out: the first one
+//! drag_n = 4.2
+//! ```
 
 use std::fmt::Write;
 
-use toml::de::{DeTable, DeValue};
+use toml::Spanned;
+use toml::de::DeValue;
 
 use crate::document::{Item, Mistake, items};
-use crate::mechanism::{Added, Form, Id, definition};
+use crate::mechanism::{Added, Definition, Form, Id, library};
 
-/// Reads all entries.
+/// Section name.
+pub(super) const SECTION: &str = "mechanism";
+
+/// Takes all entries.
 pub(super) fn read(item: &Item<'_>) -> Result<Vec<Added>, Mistake> {
-    let wrong = || item.wrong("mechanism must be a list of tables, each under [[mechanism]]");
-    let list = item.value.get_ref().as_array().ok_or_else(wrong)?;
-    list.iter()
-        .map(|entry| match entry.get_ref() {
-            DeValue::Table(table) => one(table, &entry.span().start),
-            _ => Err(wrong()),
-        })
-        .collect()
+    let Some(entries) = item.value.get_ref().as_array() else {
+        return Err(item.wrong("mechanisms stand in entries that start with [[mechanism]], in two brackets"));
+    };
+    entries.iter().map(entry).collect()
 }
 
-fn one(table: &DeTable<'_>, offset: &usize) -> Result<Added, Mistake> {
-    let all: Vec<Item<'_>> = items("mechanism", table).collect();
-    let find = |key: &str| all.iter().find(|item| item.key == key);
-    let here = *offset..*offset;
-    let id = find("id").ok_or_else(|| Mistake::new(&here, "mechanism.id is missing"))?;
-    let Some(name) = Id::from_name(id.text()?) else {
-        let known: Vec<&str> = Id::ALL.iter().map(|id| id.name()).collect();
-        return Err(id.wrong(format!("there is no mechanism {}; there are: {}", id.text()?, known.join(", "))));
+fn entry(value: &Spanned<DeValue<'_>>) -> Result<Added, Mistake> {
+    let Some(table) = value.get_ref().as_table() else {
+        return Err(Mistake::new(&value.span(), "a mechanism must be a table with id, form and its numbers"));
     };
-    let forms = definition(name).forms;
-    let form = match find("form") {
-        None => 0,
-        Some(item) => {
-            let text = item.text()?;
-            forms.iter().position(|form| form.name == text).ok_or_else(|| {
-                let known: Vec<&str> = forms.iter().map(|form| form.name).collect();
-                item.wrong(format!("{} has no form {text}; it has: {}", name.name(), known.join(", ")))
-            })?
-        }
+    let keys: Vec<Item<'_>> = items(SECTION, table).collect();
+    let of = |key: &str| keys.iter().find(|item| item.key == key);
+    let Some(id) = of("id") else {
+        return Err(Mistake::new(&value.span(), "a mechanism needs an id, such as id = \"seal-drag\""));
     };
-    let described: &Form = &forms[form];
-    let names = || described.shape.iter().map(|p| p.name).chain(described.amplitudes.iter().map(|a| a.name));
-    for item in &all {
-        if !["id", "form"].contains(&item.key) && !names().any(|name| name == item.key) {
-            let known: Vec<&str> = ["id", "form"].into_iter().chain(names()).collect();
-            return Err(item.unknown(&known));
-        }
+    let definition = definition(id)?;
+    let (index, form) = match of("form") {
+        Some(item) => form(definition, item)?,
+        None => definition.forms.first().map(|form| (0, form)).ok_or_else(|| id.wrong("it has no form"))?,
+    };
+    let names: Vec<&str> = numbers(form).map(|(name, ..)| name).collect();
+    if let Some(other) = keys.iter().find(|item| !["id", "form"].contains(&item.key) && !names.contains(&item.key)) {
+        let of =
+            format!("{} of form \"{}\" has no {}; it has: {}", definition.id, form.name, other.key, names.join(", "));
+        return Err(Mistake::new(&other.key_span, of));
     }
-    let number = |key: &str| -> Result<f64, Mistake> {
-        let item = find(key).ok_or_else(|| {
-            Mistake::new(&id.key_span, format!("mechanism {} needs {key} (form {})", name.name(), described.name))
-        })?;
+    let mut values = numbers(form).map(|(name, unit, kind)| {
+        let Some(item) = of(name) else {
+            let unit = if unit.is_empty() { String::new() } else { format!(" in {unit}") };
+            return Err(Mistake::new(
+                &id.key_span,
+                format!("{} of form \"{}\" needs {name}{unit}", definition.id, form.name),
+            ));
+        };
         let x = item.any_number()?;
-        if x.is_finite() { Ok(x) } else { Err(item.wrong(format!("{} must be a finite number", item.name()))) }
-    };
-    let mut shape = Vec::with_capacity(described.shape.len());
-    for parameter in described.shape {
-        let x = number(parameter.name)?;
-        // a search may end a little beyond the places it started from
-        if x == 0.0 && parameter.log {
-            let what = format!("mechanism.{} must be above 0", parameter.name);
-            return Err(Mistake::new(&id.key_span, what));
-        }
-        shape.push(x);
-    }
-    let amplitudes = described.amplitudes.iter().map(|a| number(a.name)).collect::<Result<_, _>>()?;
-    Ok(Added { id: name, form, shape, amplitudes })
+        let legal = match kind {
+            Number::Above0 => x > 0.0 && x.is_finite(),
+            Number::Finite => x.is_finite(),
+            Number::NotNegative => x >= 0.0 && x.is_finite(),
+            Number::NotPositive => x <= 0.0 && x.is_finite(),
+        };
+        if legal { Ok(x) } else { Err(item.wrong(format!("{} must be {}, not {x}", item.name(), kind.text()))) }
+    });
+    let shape = values.by_ref().take(form.shape.len()).collect::<Result<Vec<f64>, Mistake>>()?;
+    let amplitudes = values.collect::<Result<Vec<f64>, Mistake>>()?;
+    Ok(Added { id: definition.id, form: index, shape, amplitudes })
 }
 
-/// One entry as text.
-pub(super) fn write(added: &Added) -> String {
-    let Some(form) = added.form() else { return String::new() };
-    let mut text = format!("\n[[mechanism]]\nid = \"{}\"\nform = \"{}\"\n", added.id.name(), form.name);
-    let shape = form.shape.iter().map(|p| (p.name, p.unit)).zip(&added.shape);
-    let amplitudes = form.amplitudes.iter().map(|a| (a.name, a.unit)).zip(&added.amplitudes);
-    for ((name, unit), x) in shape.chain(amplitudes) {
-        let unit = if unit.is_empty() { String::new() } else { format!("   # {unit}") };
-        // writing to a String cannot fail
-        let _ = writeln!(text, "{name} = {x:?}{unit}");
+fn definition(item: &Item<'_>) -> Result<&'static Definition, Mistake> {
+    let name = item.text()?;
+    let id = Id::from_name(name).and_then(|id| library().iter().find(|definition| definition.id == id));
+    id.ok_or_else(|| {
+        let names: Vec<&str> = Id::ALL.iter().map(|id| id.name()).collect();
+        item.wrong(format!("there is no mechanism \"{name}\"; there are: {}", names.join(", ")))
+    })
+}
+
+fn form(definition: &'static Definition, item: &Item<'_>) -> Result<(usize, &'static Form), Mistake> {
+    let name = item.text()?;
+    definition.forms.iter().enumerate().find(|(_, form)| form.name == name).ok_or_else(|| {
+        let names: Vec<&str> = definition.forms.iter().map(|form| form.name).collect();
+        item.wrong(format!("{} has no form \"{name}\"; it has: \"{}\"", definition.id, names.join("\", \"")))
+    })
+}
+
+/// What a number of a form may be.
+#[derive(Clone, Copy)]
+enum Number {
+    Above0,
+    Finite,
+    NotNegative,
+    NotPositive,
+}
+
+impl Number {
+    fn text(self) -> &'static str {
+        match self {
+            Number::Above0 => "a number above 0",
+            Number::Finite => "a finite number",
+            Number::NotNegative => "0 or above",
+            Number::NotPositive => "0 or below",
+        }
     }
-    text
+}
+
+/// Name, unit and what is legal of every number of a form, shape first.
+fn numbers(form: &'static Form) -> impl Iterator<Item = (&'static str, &'static str, Number)> {
+    use crate::mechanism::Sign;
+    let shape = form.shape.iter().map(|p| (p.name, p.unit, if p.log { Number::Above0 } else { Number::Finite }));
+    let amplitudes = form.amplitudes.iter().map(|a| {
+        let legal = match a.sign {
+            Sign::Positive => Number::NotNegative,
+            Sign::Negative => Number::NotPositive,
+            Sign::Free => Number::Finite,
+        };
+        (a.name, a.unit, legal)
+    });
+    shape.chain(amplitudes)
+}
+
+/// Writes all entries; one whose form does not exist or has other numbers cannot be read back and is left out.
+pub(super) fn write(text: &mut String, mechanisms: &[Added]) {
+    for added in mechanisms {
+        let Some(form) = added.form() else { continue };
+        let values = added.shape.iter().chain(&added.amplitudes);
+        if (added.shape.len(), added.amplitudes.len()) != (form.shape.len(), form.amplitudes.len()) {
+            continue;
+        }
+        // text does not fail to take a line
+        let _ =
+            writeln!(text, "\n[[{SECTION}]]\nid = \"{}\"\nform = \"{}\"   # {}", added.id, form.name, form.equation);
+        for ((name, unit, _), x) in numbers(form).zip(values) {
+            let unit = if unit.is_empty() { String::new() } else { format!("   # {unit}") };
+            let _ = writeln!(text, "{name} = {x:?}{unit}");
+        }
+    }
 }

@@ -10,7 +10,8 @@ use crate::document::{Item, Mistake, items, parse};
 use crate::guide::GuideSet;
 
 /// Sections of a file, in the order that messages list them.
-const SECTIONS: [&str; 8] = ["schema", "guide", "lubricant", "operation", "axis", "tolerance", "columns", "mechanism"];
+const SECTIONS: [&str; 8] =
+    ["schema", "guide", "lubricant", "operation", "axis", "tolerance", "columns", mechanisms::SECTION];
 
 /// The only `law` beside that of a ball guide.
 pub(super) const COULOMB_VISCOUS: &str = "coulomb-viscous";
@@ -43,7 +44,7 @@ pub(super) fn simulation(text: &str) -> Result<Simulation, Mistake> {
             "axis" => simulation.axis = axis(item.table()?)?,
             "tolerance" => simulation.tolerance = tolerance(item.table()?)?,
             "columns" => simulation.columns = columns(item.table()?)?,
-            "mechanism" => simulation.mechanisms = mechanisms::read(&item)?,
+            mechanisms::SECTION => simulation.mechanisms = mechanisms::read(&item)?,
             _ => {
                 let what = format!("there is no section {}; there are: {}", item.key, SECTIONS.join(", "));
                 return Err(Mistake::new(&item.key_span, what));

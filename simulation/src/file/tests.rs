@@ -3,6 +3,7 @@ use model_core::reference::zhou_2023;
 
 use super::*;
 use crate::guide::Lubricant;
+use crate::mechanism::{Id, library};
 use crate::published::{Provenance, Value};
 
 fn read(text: &str) -> Result<Simulation, String> {
@@ -196,10 +197,59 @@ fn mistakes_have_line_column_and_what_would_be_right() {
             "[tolerance]\nload = 1",
             "line 3, column 1: there is no key tolerance.load; there are: preload, friction, viscosity, friction_terms, mass, relevance",
         ),
+        (
+            "mechanism = 3",
+            "line 2, column 13: mechanisms stand in entries that start with [[mechanism]], in two brackets",
+        ),
+        ("[[mechanism]]\nform = \"minimal\"", "line 2, column 1: a mechanism needs an id, such as id = \"seal-drag\""),
+        (
+            "[[mechanism]]\nid = \"seal-drag\"\nform = \"big\"",
+            "line 4, column 8: seal-drag has no form \"big\"; it has: \"minimal\", \"lip\"",
+        ),
+        (
+            "[[mechanism]]\nid = \"seal-drag\"\nmass_kg = 3",
+            "line 4, column 1: seal-drag of form \"minimal\" has no mass_kg; it has: drag_n",
+        ),
+        ("[[mechanism]]\nid = \"seal-drag\"", "line 3, column 1: seal-drag of form \"minimal\" needs drag_n in N"),
+        (
+            "[[mechanism]]\nid = \"seal-drag\"\ndrag_n = -1",
+            "line 4, column 10: mechanism.drag_n must be 0 or above, not -1",
+        ),
+        (
+            "[[mechanism]]\nid = \"run-in\"\nlength_m = 0\ndrag_n = 1",
+            "line 4, column 12: mechanism.length_m must be a number above 0, not 0",
+        ),
         ("[columns]\ndrag_force_n = 3", "line 3, column 16: columns.drag_force_n must be a text in quotes"),
     ] {
         assert_eq!(read(text).expect_err(text), message);
     }
+    assert!(
+        read("[[mechanism]]\nid = \"rust\"")
+            .expect_err("id")
+            .starts_with("line 3, column 6: there is no mechanism \"rust\"; there are: seal-drag, viscous-drag, ")
+    );
     assert!(read("[guide]\nmu_stribeck = 0.4\nmu_coulomb = 1e-5").expect_err("ambiguous").contains("several preloads"));
     assert!(read("[guide").expect_err("syntax").starts_with("line 2, column 7: "), "{:?}", read("[guide"));
+}
+
+#[test]
+fn mechanisms_of_every_form_are_written_and_read_back_byte_by_byte() {
+    let mut simulation = read(FULL).expect("legal");
+    for definition in library() {
+        for (index, form) in definition.forms.iter().enumerate() {
+            simulation.mechanisms.push(Added {
+                id: definition.id,
+                form: index,
+                shape: form.shape.iter().map(|p| p.from + (p.to - p.from) / 3.0).collect(),
+                amplitudes: form.amplitudes.iter().map(|a| a.typical * 1.1).collect(),
+            });
+        }
+    }
+    let written = simulation.to_toml();
+    let back = Simulation::from_toml(&written).expect("legal");
+    assert_eq!(back, simulation);
+    assert_eq!(back.to_toml(), written);
+    // the form that is not named is the first one
+    let short = read("[[mechanism]]\nid = \"inertia\"\nmass_kg = 3").expect("legal");
+    assert_eq!(short.mechanisms, [Added { id: Id::Inertia, form: 0, shape: vec![], amplitudes: vec![3.0] }]);
 }

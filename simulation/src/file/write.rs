@@ -35,9 +35,7 @@ pub(super) fn simulation(simulation: &Simulation) -> String {
             line(&mut text, format_args!("{} = {}", quoted(key), quoted(mapping)));
         }
     }
-    for added in &simulation.mechanisms {
-        text.push_str(&mechanisms::write(added));
-    }
+    mechanisms::write(&mut text, &simulation.mechanisms);
     text
 }
 

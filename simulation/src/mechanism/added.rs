@@ -1,41 +1,46 @@
-//! A mechanism with its numbers.
+//! A mechanism with numbers: an entry of a simulation file that says more than its law.
 
-use super::{Context, Form, Id, definition};
+use super::context::Context;
+use super::definition::{Definition, Form};
+use super::id::Id;
+use super::library::library;
 use crate::file::Simulation;
-use crate::law::Missing;
+use crate::law::{Factors, Missing};
 use crate::motion::Motion;
 use crate::run::Run;
 
-/// A mechanism that an augmented simulation has: an entry of its file.
-///
-/// ```toml
-/// [[mechanism]]
-/// id = "viscous-drag"
-/// form = "power"
-/// exponent = 0.7
-/// at_reference_speed_n = 1.2
-/// ```
+/// A mechanism with numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Added {
     /// Which one.
     pub id: Id,
-    /// Number of its form.
+    /// Which of its forms.
     pub form: usize,
-    /// In the order of the form's shape parameters.
+    /// Values of the form's shape parameters.
     pub shape: Vec<f64>,
-    /// In the order of the form's amplitudes.
+    /// Values of its amplitudes.
     pub amplitudes: Vec<f64>,
 }
 
 impl Added {
-    /// Its form; `None` for a number that the mechanism does not have.
-    pub fn form(&self) -> Option<&'static Form> {
-        definition(self.id).forms.get(self.form)
+    /// What the library says of it; `None` of an id that the library lacks (there is none).
+    pub fn definition(&self) -> Option<&'static Definition> {
+        library().iter().find(|definition| definition.id == self.id)
     }
 
-    /// The force that it adds, N per row; `None` where the run cannot show it.
+    /// Its form; `None` where there is no such form.
+    pub fn form(&self) -> Option<&'static Form> {
+        self.definition()?.forms.get(self.form)
+    }
+
+    /// The force that it adds to the law's, N per row; `None` where the run cannot show it or the numbers are not those
+    /// of the form.
     pub fn force_n(&self, context: &Context<'_>) -> Option<Vec<f64>> {
-        let columns = (self.form()?.columns)(context, &self.shape)?;
+        let form = self.form()?;
+        if self.shape.len() != form.shape.len() || self.amplitudes.len() != form.amplitudes.len() {
+            return None;
+        }
+        let columns = (form.columns)(context, &self.shape)?;
         let mut force = vec![0.0; context.len()];
         for (column, amplitude) in columns.iter().zip(&self.amplitudes) {
             for (sum, x) in force.iter_mut().zip(column) {
@@ -47,19 +52,20 @@ impl Added {
 }
 
 impl Simulation {
-    /// Force of the law and its mechanisms, N per row; NaN where the law has none. A mechanism that the run cannot show
-    /// adds nothing.
+    /// Force of the drive on the carriage, N per row: the law and the mechanisms of the file.
+    ///
+    /// A mechanism that the run cannot show adds nothing; [`Added::force_n`] tells which.
     ///
     /// # Errors
-    /// [`Missing`].
+    /// [`Missing`] as [`Simulation::steady`].
     pub fn force(&self, run: &Run, motion: &Motion) -> Result<Vec<f64>, Missing> {
         if self.mechanisms.is_empty() {
-            return Ok(self.steady(&crate::law::Factors::default(), run, motion)?.force_n);
+            return Ok(self.steady(&Factors::default(), run, motion)?.force_n);
         }
         let context = Context::of(self, run, motion)?;
         let mut force = context.steady.force_n.clone();
-        for added in &self.mechanisms {
-            for (sum, x) in force.iter_mut().zip(added.force_n(&context).unwrap_or_default()) {
+        for own in self.mechanisms.iter().filter_map(|added| added.force_n(&context)) {
+            for (sum, x) in force.iter_mut().zip(own) {
                 *sum += x;
             }
         }

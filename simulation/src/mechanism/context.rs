@@ -1,171 +1,265 @@
-//! All that a mechanism may depend on, row by row of one run.
+//! All that a mechanism may depend on, row by row.
+//!
+//! Direction, travel and rests are taken from displacement over a window of a few hundredths of a second, so that the
+//! noise of an encoder at rest is neither motion nor a reversal. Distances telescope: they are differences of position
+//! since the last reversal, not sums of noisy steps.
+
+use model_core::friction::Friction;
 
 use crate::file::{Law, Simulation};
+use crate::guide::Lubricant;
 use crate::law::{Factors, Missing, Steady};
 use crate::motion::Motion;
 use crate::run::Run;
 
-/// Relative step by which preload and viscosity are varied.
-const STEP: f64 = 0.02;
+use super::path::Path;
 
-/// Distance from a reversal that counts as far where none was seen, m.
-const FAR_M: f64 = 1.0;
+/// Relative step of the central differences.
+const STEP: f64 = 1e-3;
 
-/// Rest below this is a reversal, not a dwell, s.
-const DWELL_S: f64 = 0.05;
+/// Step in the logarithm of the viscosity for the second derivative.
+const CURVATURE_STEP: f64 = 0.02;
 
-/// Dimensions of the guide. SI units.
+/// What repeats along a ball guide, m.
+///
+/// Without a guide it is that of the published block: the search for a wavelength starts there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Geometry {
-    /// Ball diameter, m.
+    /// Ball diameter.
     pub ball_diameter_m: f64,
-    /// Balls under load.
-    pub loaded_balls: f64,
-    /// Length of the loaded zone, m: that of 13 balls on 93 mm, scaled with the balls.
+    /// Distance of two balls.
+    pub ball_pitch_m: f64,
+    /// Length of rail that carries the block at a time.
     pub loaded_length_m: f64,
-    /// Carriage travel per ball entering the loaded zone, m: twice the pitch of the balls.
-    pub ball_pass_m: f64,
+    /// Number of balls that carry load, all rows together.
+    pub loaded_balls: f64,
 }
 
+/// Loaded length over balls per row of THK's SHS35: 93 mm for 13 balls (assumed, from the block's outline).
+const PITCH_M: f64 = 93e-3 / 13.0;
+
 impl Geometry {
-    fn of(simulation: &Simulation) -> Self {
-        let (diameter, balls, per_row) = match &simulation.law {
+    fn of(law: &Law) -> Self {
+        let (diameter, per_row, balls) = match law {
             Law::Guide(set) => {
                 let guide = set.exact().guide();
-                (guide.ball_diameter_m, guide.loaded_balls(), f64::from(guide.balls_per_row))
+                (guide.ball_diameter_m, f64::from(guide.balls_per_row), guide.loaded_balls())
             }
-            _ => (6.35e-3, 52.0, 13.0),
+            _ => (6.35e-3, 13.0, 52.0),
         };
-        // 93 mm for 13 balls of 6.35 mm (assumed): a pitch of 7.15 mm
-        let pitch = 93e-3 / 13.0 * diameter / 6.35e-3;
+        // the pitch grows with the ball, as a cage of the same design would
+        let pitch = PITCH_M * diameter / 6.35e-3;
         Geometry {
             ball_diameter_m: diameter,
-            loaded_balls: balls,
+            ball_pitch_m: pitch,
             loaded_length_m: pitch * per_row,
-            ball_pass_m: 2.0 * pitch,
+            loaded_balls: balls,
         }
     }
 }
 
-/// A run under a law, with what mechanisms are made of. All columns have the run's length.
-#[derive(Clone, Debug)]
+/// All that a mechanism may depend on, for one run. Every column has a value per row.
 pub struct Context<'a> {
-    /// The run.
+    /// What was recorded.
     pub run: &'a Run,
-    /// Its motion.
+    /// How it moved.
     pub motion: &'a Motion,
     /// What the law says.
     pub steady: Steady,
-    /// ∂F/∂ln(preload), N, signed; 0 for a law without preload.
+    /// `dF/d ln(preload)`, signed, N; zeros for laws without a preload.
     pub by_preload_n: Vec<f64>,
-    /// ∂F/∂ln(viscosity), N, signed; 0 for a law without oil.
+    /// `dF/d ln(viscosity)`, signed, N; zeros for laws without a viscosity.
     pub by_viscosity_n: Vec<f64>,
-    /// ∂²F/∂ln(viscosity)², N, signed.
-    pub by_viscosity_2_n: Vec<f64>,
-    /// Sign of the motion, -1 or 1; at rest that of the last motion, before the first that of the first.
+    /// Sign of motion; keeps its last value at rest, and takes the first one before it. -1 or 1.
     pub direction: Vec<f64>,
-    /// Way from the first row of the run, m; goes on over the parts.
+    /// Distance travelled since the first row of the run, m.
     pub travel_m: Vec<f64>,
-    /// Way since the last reversal or start, m; a metre and more where a part starts in motion.
+    /// Distance since the last reversal or the last start after a rest, m; [`FAR_M`] where a part starts in motion.
     pub since_reversal_m: Vec<f64>,
-    /// Rest before the present movement, s.
+    /// How long the carriage rested before the present movement, s; 0 where it did not.
     pub dwell_s: Vec<f64>,
-    /// Whether the carriage stands.
+    /// Whether the carriage rests.
     pub at_rest: Vec<bool>,
-    /// The guide.
+    /// What repeats along the guide.
     pub geometry: Geometry,
+    /// Part of the law's friction that is proportional to speed, N, without sign; empty for laws without one.
+    pub viscous_n: Vec<f64>,
+    /// `d²F/d ln(viscosity)²`, signed, N; empty for laws without a viscosity.
+    pub viscosity_curvature_n: Vec<f64>,
+    /// Whether the law has friction that falls with speed.
+    pub has_stribeck: bool,
+    /// Whether the law's oil thins with the measured temperature.
+    pub viscosity_follows_temperature: bool,
+    /// Friction constants of a ball guide.
+    pub(crate) friction: Option<Friction>,
+    /// Moves and turns.
+    pub(crate) path: Path,
 }
 
+/// Distance since a reversal that nobody saw, m.
+pub const FAR_M: f64 = 1e3;
+
 impl<'a> Context<'a> {
-    /// Makes the context of a run. `motion` must be that of `run`.
+    /// Everything that follows from a run, its motion and the law.
     ///
     /// # Errors
-    /// [`Missing`]: the law has no value for this run.
+    /// [`Missing`] as [`Simulation::steady`].
     pub fn of(simulation: &Simulation, run: &'a Run, motion: &'a Motion) -> Result<Self, Missing> {
         let steady = simulation.steady(&Factors::default(), run, motion)?;
-        let varied = |factors: &dyn Fn(f64) -> Factors| -> Result<[Vec<f64>; 2], Missing> {
-            let above = simulation.steady(&factors(STEP.exp()), run, motion)?.force_n;
-            let below = simulation.steady(&factors((-STEP).exp()), run, motion)?.force_n;
-            Ok([above, below])
-        };
-        let slope = |[above, below]: &[Vec<f64>; 2]| -> Vec<f64> {
-            above.iter().zip(below).map(|(a, b)| finite((a - b) / (2.0 * STEP))).collect()
-        };
-        let zeros = || vec![0.0; run.len()];
-        let (by_preload_n, by_viscosity_n, by_viscosity_2_n) = match &simulation.law {
-            Law::Guide(_) => {
-                let preload = varied(&|x| Factors { preload: x, ..Factors::default() })?;
-                let viscosity = varied(&|x| Factors { viscosity: x, ..Factors::default() })?;
-                let bend = viscosity[0].iter().zip(&viscosity[1]).zip(&steady.force_n);
-                let bend = bend.map(|((a, b), f)| finite((a - 2.0 * f + b) / (STEP * STEP))).collect();
-                (slope(&preload), slope(&viscosity), bend)
+        let rows = run.len();
+        let at = |factors: &Factors| simulation.steady(factors, run, motion).map(|other| other.force_n);
+        let (mut by_preload_n, mut by_viscosity_n) = (vec![0.0; rows], vec![0.0; rows]);
+        let (mut viscous_n, mut viscosity_curvature_n) = (Vec::new(), Vec::new());
+        let (mut has_stribeck, mut viscosity_follows_temperature, mut friction) = (false, false, None);
+        match &simulation.law {
+            Law::Guide(set) => {
+                let preload = |factor| at(&Factors { preload: factor, ..Factors::default() });
+                let viscosity = |factor| at(&Factors { viscosity: factor, ..Factors::default() });
+                by_preload_n = slope(&preload(1.0 + STEP)?, &steady.force_n, &preload(1.0 - STEP)?);
+                by_viscosity_n = slope(&viscosity(1.0 + STEP)?, &steady.force_n, &viscosity(1.0 - STEP)?);
+                let (up, down) = (viscosity(CURVATURE_STEP.exp())?, viscosity((-CURVATURE_STEP).exp())?);
+                let bend = |n: usize| {
+                    let bend = (up[n] - 2.0 * steady.force_n[n] + down[n]) / (CURVATURE_STEP * CURVATURE_STEP);
+                    if bend.is_finite() || !steady.force_n[n].is_finite() { bend } else { 0.0 }
+                };
+                viscosity_curvature_n = (0..rows).map(bend).collect();
+                let constants = set.exact().friction();
+                let balls = set.exact().guide().loaded_balls();
+                let of = |(q, h): (&f64, &f64)| balls * q * constants.mu_viscous * h;
+                viscous_n = steady.load_per_ball_n.iter().zip(&steady.hersey).map(of).collect();
+                has_stribeck = constants.mu_stribeck > 0.0;
+                viscosity_follows_temperature = matches!(set.lubricant(), Lubricant::Walther(_));
+                friction = Some(*constants);
             }
-            _ => (zeros(), zeros(), zeros()),
-        };
-        let mut context = Context {
+            Law::CoulombViscous { viscous_n_s_m, .. } => {
+                let slope = viscous_n_s_m.unwrap_or(0.0);
+                viscous_n = motion.velocity_m_s.iter().map(|v| slope * v.abs()).collect();
+            }
+            Law::Column => {}
+        }
+        let path = Path::of(run, motion, simulation.axis.zero_speed_m_s);
+        Ok(Context {
             run,
             motion,
             by_preload_n,
             by_viscosity_n,
-            by_viscosity_2_n,
-            direction: steady.direction.clone(),
-            travel_m: zeros(),
-            since_reversal_m: zeros(),
-            dwell_s: zeros(),
-            at_rest: steady.direction.iter().map(|d| *d == 0.0).collect(),
-            geometry: Geometry::of(simulation),
+            direction: path.direction.clone(),
+            travel_m: path.travel_m.clone(),
+            since_reversal_m: path.since_start_m.clone(),
+            dwell_s: path.dwell_s.clone(),
+            at_rest: path.at_rest.clone(),
+            geometry: Geometry::of(&simulation.law),
+            viscous_n,
+            viscosity_curvature_n,
+            has_stribeck,
+            viscosity_follows_temperature,
+            friction,
+            path,
             steady,
-        };
-        context.remember();
-        Ok(context)
+        })
     }
 
-    /// Fills what depends on the motion before: direction, travel, way since the reversal, dwell.
-    fn remember(&mut self) {
-        let position = &self.motion.position_m;
-        let mut travel = 0.0;
-        for part in &self.run.parts {
-            let rows = part.rows.clone();
-            let first = self.direction[rows.clone()].iter().copied().find(|d| *d != 0.0).unwrap_or(1.0);
-            let (mut direction, mut since, mut rest, mut dwell) = (first, FAR_M, 0.0, 0.0);
-            for n in rows.clone() {
-                let (way, time) = if n > rows.start {
-                    ((position[n] - position[n - 1]).abs(), self.run.time_s[n] - self.run.time_s[n - 1])
-                } else {
-                    (0.0, 0.0)
-                };
-                let way = if way.is_finite() { way } else { 0.0 };
-                travel += way;
-                since += way;
-                if self.at_rest[n] {
-                    rest += time;
-                } else {
-                    if self.direction[n] != direction {
-                        (since, dwell) = (0.0, if rest > DWELL_S { rest } else { 0.0 });
-                    } else if rest > DWELL_S {
-                        (since, dwell) = (0.0, rest);
-                    }
-                    (direction, rest) = (self.direction[n], 0.0);
-                }
-                self.direction[n] = direction;
-                self.travel_m[n] = travel;
-                self.since_reversal_m[n] = since;
-                self.dwell_s[n] = dwell;
-            }
-        }
-    }
-
-    /// Rows.
+    /// Number of rows.
     pub fn len(&self) -> usize {
         self.run.len()
     }
 
-    /// Whether there is no row.
+    /// Whether the run has no row.
     pub fn is_empty(&self) -> bool {
         self.run.is_empty()
     }
+
+    /// Speed of a row, m/s, without sign.
+    pub fn speed_m_s(&self, row: usize) -> f64 {
+        self.motion.velocity_m_s[row].abs()
+    }
+
+    /// A column with a value per row.
+    pub(crate) fn rows(&self, of: impl Fn(usize) -> f64) -> Vec<f64> {
+        (0..self.len()).map(of).collect()
+    }
+
+    /// A column against the motion; 0 where the law sees none.
+    pub(crate) fn against_motion(&self, of: impl Fn(usize) -> f64) -> Vec<f64> {
+        self.steady
+            .direction
+            .iter()
+            .enumerate()
+            .map(|(n, sign)| if *sign == 0.0 { 0.0 } else { sign * of(n) })
+            .collect()
+    }
+
+    /// Force that a relative change of the preload makes, N per 1, signed. Laws without a preload have friction in
+    /// proportion to load.
+    pub(crate) fn by_load_n(&self) -> Vec<f64> {
+        if self.steady.preload_n.is_empty() {
+            return self.against_motion(|n| self.steady.drag_n[n]);
+        }
+        self.by_preload_n.clone()
+    }
+
+    /// Force that a relative change of the viscosity makes, N per 1, signed. Of laws without a viscosity it is the
+    /// friction that grows with speed, or all of it where no part is known to.
+    pub(crate) fn by_oil_n(&self) -> Vec<f64> {
+        if !self.steady.viscosity_cst.is_empty() {
+            return self.by_viscosity_n.clone();
+        }
+        if self.viscous_n.iter().any(|x| *x != 0.0) {
+            return self.against_motion(|n| self.viscous_n[n]);
+        }
+        self.against_motion(|n| self.steady.drag_n[n])
+    }
+
+    /// Load per ball over 150 N (that of 3 kN of preload, roughly); 1 for laws without a preload.
+    pub(crate) fn relative_load(&self, row: usize) -> f64 {
+        self.steady.load_per_ball_n.get(row).map_or(1.0, |q| q / 150.0)
+    }
+
+    /// Time since the row before, s; 0 where a clock jumped back.
+    pub(crate) fn step_s(&self, row: usize) -> f64 {
+        if row == 0 { 0.0 } else { (self.run.time_s[row] - self.run.time_s[row - 1]).max(0.0) }
+    }
 }
 
-fn finite(x: f64) -> f64 {
-    if x.is_finite() { x } else { 0.0 }
+/// Central difference; on one side where the other lies beyond the contact's geometry.
+fn slope(up: &[f64], here: &[f64], down: &[f64]) -> Vec<f64> {
+    let of = |((up, here), down): ((&f64, &f64), &f64)| {
+        let central = (up - down) / (2.0 * STEP);
+        if central.is_finite() || !here.is_finite() { central } else { (here - down) / STEP }
+    };
+    up.iter().zip(here).zip(down).map(of).collect()
+}
+
+/// A measured column with its unmeasured rows interpolated; `None` where nothing was measured.
+pub(crate) fn filled(column: Option<&Vec<f64>>) -> Option<Vec<f64>> {
+    let mut column = column?.clone();
+    let mut last: Option<usize> = None;
+    for n in 0..column.len() {
+        if !column[n].is_finite() {
+            continue;
+        }
+        let from = last.map_or(0, |at| at + 1);
+        let (x1, x0) = (column[n], last.map_or(column[n], |at| column[at]));
+        let width = (n + 1 - from) as f64;
+        for (k, x) in column[from..n].iter_mut().enumerate() {
+            *x = x0 + (x1 - x0) * (k + 1) as f64 / width;
+        }
+        last = Some(n);
+    }
+    let last = last?;
+    let x = column[last];
+    column[last..].fill(x);
+    Some(column)
+}
+
+/// A column with whatever is not finite replaced by the value before it: what a filter is fed.
+pub(crate) fn held(column: &[f64]) -> Vec<f64> {
+    let mut last = column.iter().copied().find(|x| x.is_finite()).unwrap_or(0.0);
+    let hold = |x: &f64| {
+        if x.is_finite() {
+            last = *x;
+        }
+        last
+    };
+    column.iter().map(hold).collect()
 }

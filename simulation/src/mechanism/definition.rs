@@ -1,108 +1,123 @@
-//! How a mechanism is described.
+//! What the library says of a mechanism.
 
-use super::{Context, Id};
+use super::context::Context;
+use super::id::Id;
 
-/// Whether a cause is in the machine or in what measures it.
+/// One column per amplitude, each with a value per row of the run.
+pub type Columns = Vec<Vec<f64>>;
+
+/// What a mechanism belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// In the machine.
+    /// Something that happens in the machine.
     Physics,
-    /// In a sensor.
+    /// Something that the measurement does.
     Sensor,
 }
 
-/// Which sign an amplitude can have.
+impl Kind {
+    /// Name in reports.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Kind::Physics => "physics",
+            Kind::Sensor => "sensor",
+        }
+    }
+}
+
+/// The sign that an amplitude can have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sign {
-    /// Above 0.
+    /// 0 or above.
     Positive,
-    /// Below 0.
+    /// 0 or below.
     Negative,
     /// Either.
     Free,
 }
 
-/// A number that a form is linear in.
+impl Sign {
+    /// Whether a number has it.
+    pub fn allows(self, x: f64) -> bool {
+        match self {
+            Sign::Positive => x >= 0.0,
+            Sign::Negative => x <= 0.0,
+            Sign::Free => true,
+        }
+    }
+}
+
+/// A number that the force is proportional to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Amplitude {
-    /// Name, as a key of a file; it ends with the unit where it has one.
+    /// Name in reports and files, unit included.
     pub name: &'static str,
-    /// Unit; empty for a plain number.
+    /// Unit; empty for a number without one.
     pub unit: &'static str,
-    /// Sign that physics allows.
+    /// Its sign.
     pub sign: Sign,
-    /// Size that is common in machines.
+    /// A size that would not surprise, for plots; nothing is penalised by it.
     pub typical: f64,
 }
 
-/// A number that a form is not linear in.
+/// A number that the force depends on otherwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeParameter {
-    /// Name, as a key of a file; it ends with the unit where it has one.
+    /// Name in reports and files, unit included.
     pub name: &'static str,
-    /// Unit; empty for a plain number.
+    /// Unit; empty for a number without one.
     pub unit: &'static str,
-    /// Least value.
+    /// Least value that is searched.
     pub from: f64,
-    /// Largest value.
+    /// Greatest value that is searched.
     pub to: f64,
-    /// Whether places are spread evenly in the logarithm.
+    /// Whether the grid has equal ratios instead of equal steps.
     pub log: bool,
-    /// Places at which a search looks first.
+    /// Number of values that a first look needs.
     pub grid: usize,
 }
 
-/// Makes the columns of a form over the rows of a run, N for an amplitude of 1; `None` where the run cannot show it.
-pub type Columns = fn(&Context<'_>, shape: &[f64]) -> Option<Vec<Vec<f64>>>;
-
-/// One parametric form. Form 0 of a mechanism is the least one.
+/// A parametric form of a mechanism: `F = Σ amplitude·column(shape)`, added to the law's force.
+///
+/// The sign is that of `drag_force_n`: the drive's force on the carriage, positive towards +position.
 #[derive(Clone, Copy, Debug)]
 pub struct Form {
-    /// Name.
+    /// Name in reports and files.
     pub name: &'static str,
-    /// Numbers it is not linear in.
+    /// What the columns depend on, in the order that [`Self::columns`] takes them.
     pub shape: &'static [ShapeParameter],
-    /// Numbers it is linear in.
+    /// What the columns are multiplied by, in their order.
     pub amplitudes: &'static [Amplitude],
-    /// One column an amplitude.
-    pub columns: Columns,
-    /// Whether it is tied to a place or a phase along the rail, which two recordings share only where their positions
-    /// have one zero.
+    /// The columns over the rows of a run, finite wherever the law's force is; `None` where this run cannot show the
+    /// form: a column is missing, nothing rests or reverses, a place is not reached, or there are not as many numbers
+    /// as shape parameters.
+    pub columns: fn(&Context<'_>, &[f64]) -> Option<Columns>,
+    /// Whether it is tied to a place or a phase along the rail, which two recordings share only with an absolute
+    /// encoder.
     pub phase_bound: bool,
+    /// The equation, in one line.
+    pub equation: &'static str,
 }
 
-/// A mechanism.
+/// A mechanism of the library.
 #[derive(Clone, Copy, Debug)]
 pub struct Definition {
-    /// Its name.
+    /// Which one.
     pub id: Id,
-    /// Physics or sensor.
+    /// What it belongs to.
     pub kind: Kind,
-    /// Its forms, the least first.
+    /// Its forms; the first is the one with the fewest numbers.
     pub forms: &'static [Form],
-    /// Axis of the contract's `where` on which it shows first.
+    /// Axis of a report's `where` on which it shows first.
     pub axis: &'static str,
-    /// The cause in a plain sentence.
+    /// What is claimed when it is named, in one plain sentence.
     pub statement: &'static str,
-    /// What would refute it.
+    /// What would prove the claim wrong.
     pub falsifier: &'static str,
+    /// What it is easily taken for, and what breaks the tie.
+    pub confused_with: &'static str,
     /// Code of the run that settles it best.
     pub next_experiment: &'static str,
-    /// Of causes that a recording cannot tell apart the one with the lowest number leads.
+    /// The lower of two that a recording cannot tell apart is named.
     pub simplicity: u8,
-}
-
-/// An amplitude.
-pub(super) const fn amplitude(name: &'static str, unit: &'static str, sign: Sign, typical: f64) -> Amplitude {
-    Amplitude { name, unit, sign, typical }
-}
-
-/// A shape parameter whose places are spread in the logarithm.
-pub(super) const fn scale(name: &'static str, unit: &'static str, from: f64, to: f64, grid: usize) -> ShapeParameter {
-    ShapeParameter { name, unit, from, to, log: true, grid }
-}
-
-/// A shape parameter whose places are spread evenly.
-pub(super) const fn place(name: &'static str, unit: &'static str, from: f64, to: f64, grid: usize) -> ShapeParameter {
-    ShapeParameter { name, unit, from, to, log: false, grid }
 }

@@ -1,60 +1,78 @@
-//! What differs between the directions, or does not ask for them.
+//! What differs between the directions.
 
-use super::Id;
-use super::column::{drag, even, shown};
-use super::definition::{Definition, Form, Kind, Sign, amplitude};
+use super::definition::{Definition, Form, Kind};
+use super::id::Id;
+use super::{Free, amplitude, shown};
 
-/// `F = D (1 + a d)`: the friction's own even part; richer: with one that grows with speed.
+/// E19: friction differs between the directions.
 pub(super) const DIRECTION_ASYMMETRY: Definition = Definition {
     id: Id::DirectionAsymmetry,
     kind: Kind::Physics,
     forms: &[
         Form {
-            name: "of-friction",
+            name: "minimal",
             shape: &[],
-            amplitudes: &[amplitude("share", "", Sign::Free, 0.05)],
-            columns: |c, _| shown([even(c, |n| drag(c, n))]),
+            amplitudes: &[amplitude("part", "", Free, 0.05)],
+            columns: |context, _| {
+                let sign = &context.steady.direction;
+                shown(vec![context.rows(|n| if sign[n] == 0.0 { 0.0 } else { context.steady.drag_n[n] })])
+            },
             phase_bound: false,
+            equation: "F = part·|F_law|: sign(V)·F_law in both directions",
         },
         Form {
-            name: "of-speed",
+            name: "by-speed",
             shape: &[],
-            amplitudes: &[amplitude("viscous_n_s_m", "N s/m", Sign::Free, 10.0)],
-            columns: |c, _| shown([even(c, |n| c.motion.velocity_m_s[n].abs())]),
+            amplitudes: &[amplitude("part", "", Free, 0.05), amplitude("viscous_n_s_m", "N s/m", Free, 5.0)],
+            columns: |context, _| {
+                let sign = &context.steady.direction;
+                let moving = |n: usize| sign[n] != 0.0;
+                shown(vec![
+                    context.rows(|n| if moving(n) { context.steady.drag_n[n] } else { 0.0 }),
+                    context.rows(|n| if moving(n) { context.speed_m_s(n) } else { 0.0 }),
+                ])
+            },
             phase_bound: false,
-        },
-        Form {
-            name: "of-friction-and-speed",
-            shape: &[],
-            amplitudes: &[
-                amplitude("share", "", Sign::Free, 0.05),
-                amplitude("viscous_n_s_m", "N s/m", Sign::Free, 10.0),
-            ],
-            columns: |c, _| shown([even(c, |n| drag(c, n)), even(c, |n| c.motion.velocity_m_s[n].abs())]),
-            phase_bound: false,
+            equation: "F = part·|F_law| + viscous·|V|",
         },
     ],
     axis: "direction",
-    statement: "Friction differs between the two directions: seal lips, recirculation, a worn flank.",
-    falsifier: "Turned round on its rail, the block must show the difference the other way round.",
+    statement: "the friction is not the same in both directions",
+    falsifier: "the difference stays with the rail, and not with the block, when the block is turned round",
+    confused_with: "a tilt of the rail or an offset of the sensor, which do not scale with the friction: turn the block, or \
+                    change speed and load",
     next_experiment: "turn-block",
     simplicity: 3,
 };
 
-/// `F = M g sin θ`: the same in both directions, at every speed.
+/// E20: `F = M g sin(θ)`.
 pub(super) const GRAVITY_TILT: Definition = Definition {
     id: Id::GravityTilt,
     kind: Kind::Physics,
-    forms: &[Form {
-        name: "constant",
-        shape: &[],
-        amplitudes: &[amplitude("force_n", "N", Sign::Free, 1.0)],
-        columns: |c, _| Some(vec![vec![1.0; c.len()]]),
-        phase_bound: false,
-    }],
+    forms: &[
+        Form {
+            name: "minimal",
+            shape: &[],
+            amplitudes: &[amplitude("force_n", "N", Free, 1.0)],
+            columns: |context, _| Some(vec![vec![1.0; context.len()]]),
+            phase_bound: false,
+            equation: "F = force: mass·g·sin(tilt)",
+        },
+        Form {
+            name: "sagging",
+            shape: &[],
+            amplitudes: &[amplitude("force_n", "N", Free, 1.0), amplitude("force_per_m_n_m", "N/m", Free, 1.0)],
+            columns: |context, _| {
+                context.motion.has_position.then(|| vec![vec![1.0; context.len()], context.motion.position_m.clone()])
+            },
+            phase_bound: true,
+            equation: "F = force + force_per_m·x: the tilt changes along the rail",
+        },
+    ],
     axis: "direction",
-    statement: "The axis is not level: the weight of the carriage pulls one way.",
-    falsifier: "Another mass on the carriage must change it in proportion.",
+    statement: "the rail is not level: the weight pulls the carriage to one side",
+    falsifier: "a heavier carriage does not raise the force in proportion",
+    confused_with: "an offset of the force sensor, exactly so: change the mass, or read the sensor without the carriage",
     next_experiment: "known-mass",
     simplicity: 2,
 };

@@ -1,22 +1,26 @@
-//! Every mechanism.
+//! All mechanisms, in the order of [`Id::ALL`](super::Id::ALL).
 
 use super::definition::Definition;
 use super::{
-    Id, direction, dynamics, load, oil, presliding, rail, ripple, seals, sensor_dynamics, sensor_level, temperature,
-    travel,
+    contacts, direction, encoder, inertia_and_chain, load, periodic, presliding, rail, resonance, seals_and_oil,
+    sensor_dynamics, sensor_level, temperature, travel,
 };
 
-/// In the order of [`Id::ALL`].
-static LIBRARY: [Definition; Id::ALL.len()] = [
-    seals::SEAL_DRAG,
-    seals::VISCOUS_DRAG,
+/// The library.
+pub fn library() -> &'static [Definition] {
+    LIBRARY
+}
+
+const LIBRARY: &[Definition] = &[
+    seals_and_oil::SEAL_DRAG,
+    seals_and_oil::VISCOUS_DRAG,
     temperature::VISCOSITY_TEMPERATURE,
     temperature::SELF_HEATING,
-    oil::HYSTERESIS_AND_SLIP,
-    oil::HYDRODYNAMIC_ROLLING,
-    oil::TRACTION_SATURATION,
-    oil::STRIBECK,
-    oil::STARVATION,
+    contacts::HYSTERESIS_AND_SLIP,
+    contacts::HYDRODYNAMIC_ROLLING,
+    contacts::TRACTION_SATURATION,
+    contacts::STRIBECK,
+    contacts::STARVATION,
     travel::RUN_IN,
     load::EXTERNAL_LOAD,
     load::MOMENT_LOAD,
@@ -26,15 +30,15 @@ static LIBRARY: [Definition; Id::ALL.len()] = [
     temperature::THERMAL_PRELOAD,
     direction::DIRECTION_ASYMMETRY,
     direction::GRAVITY_TILT,
-    dynamics::INERTIA,
-    rail::CABLE_CHAIN,
-    ripple::DRIVE_RIPPLE,
+    inertia_and_chain::INERTIA,
+    inertia_and_chain::CABLE_CHAIN,
+    periodic::DRIVE_RIPPLE,
     rail::CONTAMINATION,
-    ripple::BALL_PASS,
+    periodic::BALL_PASS,
     presliding::PRESLIDING,
-    dynamics::FRICTIONAL_LAG,
+    presliding::FRICTIONAL_LAG,
     presliding::BREAKAWAY_DWELL,
-    dynamics::STRUCTURAL_RESONANCE,
+    resonance::STRUCTURAL_RESONANCE,
     sensor_level::FORCE_OFFSET,
     sensor_level::FORCE_DRIFT,
     sensor_level::FORCE_GAIN,
@@ -43,18 +47,7 @@ static LIBRARY: [Definition; Id::ALL.len()] = [
     sensor_dynamics::TIME_MISALIGNMENT,
     sensor_level::FORCE_QUANTISATION,
     sensor_level::FORCE_SATURATION,
-    presliding::COUPLING_BACKLASH,
-    sensor_level::SPEED_NOISE,
-    ripple::ENCODER_CYCLIC_ERROR,
+    encoder::COUPLING_BACKLASH,
+    encoder::SPEED_NOISE,
+    encoder::ENCODER_CYCLIC_ERROR,
 ];
-
-/// Every mechanism, in the order of [`Id::ALL`].
-pub fn library() -> &'static [Definition] {
-    &LIBRARY
-}
-
-/// The description of a mechanism.
-pub fn definition(id: Id) -> &'static Definition {
-    // held to the order of the names by a test
-    &LIBRARY[id as usize]
-}

@@ -1,83 +1,139 @@
-//! Loads beside the preload.
+//! Known loads and moments on the block.
 
-use super::Id;
-use super::column::{even, shown};
-use super::definition::{Definition, Form, Kind, Sign, amplitude};
+use super::context::{Context, filled};
+use super::definition::{Definition, Form, Kind};
+use super::id::Id;
+use super::{Free, Positive, amplitude, shown};
 
-/// `ΣQ/ΣQ_0 = ((1+t)^1.5 + (1-t)^1.5)/2`, `(1+t)^1.5 - (1-t)^1.5 = W/F_p`
+/// E13: a load W moves the two halves of the preloaded contacts apart,
+/// `(1+t)^1.5 - (1-t)^1.5 = W/F_p`; beyond `W = 2√2 F_p` one half is free.
 pub(super) const EXTERNAL_LOAD: Definition = Definition {
     id: Id::ExternalLoad,
     kind: Kind::Physics,
-    forms: &[Form {
-        name: "preloaded-rows",
-        shape: &[],
-        amplitudes: &[amplitude("share", "", Sign::Positive, 1.0)],
-        columns: |c, _| {
-            let load = c.run.external_load_n.as_ref()?;
-            let preload = &c.steady.preload_n;
-            (!preload.is_empty()).then_some(())?;
-            shown([even(c, |n| {
-                let ratio = load[n].abs() / preload[n];
-                // drag grows with the sum of the loads as it does with the preload
-                if ratio.is_finite() { c.by_preload_n[n] * ratio_of_loads(ratio).ln() } else { 0.0 }
-            })])
+    forms: &[
+        Form {
+            name: "minimal",
+            shape: &[],
+            amplitudes: &[amplitude("part", "", Positive, 1.0)],
+            columns: |context, _| shown(vec![symmetric(context)?]),
+            phase_bound: false,
+            equation: "F = part·F_law·((1+t)^1.5k + (1-t)^1.5k - 2)/2, (1+t)^1.5 - (1-t)^1.5 = |W|/F_p, k = dlnF_law/dlnF_p; \
+                       without a preload F = part·sign(V)·|W|/1000",
         },
-        phase_bound: false,
-    }],
+        Form {
+            name: "lopsided",
+            shape: &[],
+            amplitudes: &[amplitude("part", "", Positive, 1.0), amplitude("preload_per_load", "", Free, 0.1)],
+            columns: |context, _| {
+                let load = filled(context.run.external_load_n.as_ref())?;
+                let force = context.by_load_n();
+                let preload = &context.steady.preload_n;
+                let of = |n: usize| {
+                    let p = preload.get(n).copied().unwrap_or(1000.0);
+                    if p > 0.0 { force[n] * load[n] / p } else { 0.0 }
+                };
+                shown(vec![symmetric(context)?, context.rows(of)])
+            },
+            phase_bound: false,
+            equation: "as minimal, and preload_per_load·W/F_p·dF_law/dlnF_p: the two halves are not alike",
+        },
+    ],
     axis: "load",
-    statement: "The load on the block changes the forces on its balls, and with them the drag.",
-    falsifier: "Known weights of either sign must raise the drag alike, four percent at a load equal to the preload.",
+    statement: "the known load on the block changes how its balls share the load, and with it the friction",
+    falsifier: "the friction does not depend on the load, or pushing and pulling with the same weight differ",
+    confused_with: "a higher preload: reverse the load, its effect stays the same; crosstalk of the load into the force \
+                    sensor: it does not change sign with direction",
     next_experiment: "P9",
     simplicity: 2,
 };
 
-/// `ΔF ~ F_p-dependent drag · (lever force)²`: pitch and yaw of the block.
+fn symmetric(context: &Context<'_>) -> Option<Vec<f64>> {
+    let load = filled(context.run.external_load_n.as_ref())?;
+    let preload = &context.steady.preload_n;
+    if preload.is_empty() {
+        return Some(context.against_motion(|n| load[n].abs() / 1000.0));
+    }
+    let drag = &context.steady.drag_n;
+    let mut last = ([f64::NAN; 2], 0.0);
+    let mut column = vec![0.0; context.len()];
+    for (n, rise) in column.iter_mut().enumerate() {
+        let sign = context.steady.direction[n];
+        if sign == 0.0 || !(preload[n] > 0.0 && drag[n] > 0.0) {
+            continue;
+        }
+        let exponent = 1.5 * context.by_preload_n[n] / (sign * drag[n]);
+        let ratio = load[n].abs() / preload[n];
+        if last.0 != [ratio, exponent] {
+            last = ([ratio, exponent], spread(ratio, exponent));
+        }
+        *rise = sign * drag[n] * last.1;
+    }
+    Some(column)
+}
+
+/// `((1+t)^e + (1-t)^e)/2 - 1` of the t that belongs to `W/F_p`.
+fn spread(ratio: f64, exponent: f64) -> f64 {
+    let decompressed = 2.0 * std::f64::consts::SQRT_2;
+    if ratio >= decompressed {
+        return 0.5 * libm::pow(ratio, exponent / 1.5) - 1.0;
+    }
+    // W/F_p = 3t - t³/8 ..., concave in t: Newton from below closes in from one side
+    let mut t = ratio / 3.0;
+    for _ in 0..20 {
+        let (up, down) = (libm::sqrt(1.0 + t), libm::sqrt((1.0 - t).max(0.0)));
+        let miss = up * up * up - down * down * down - ratio;
+        let next = (t - miss / (1.5 * (up + down))).clamp(0.0, 1.0);
+        let done = (next - t).abs() < 1e-13;
+        t = next;
+        if done {
+            break;
+        }
+    }
+    0.5 * (libm::pow(1.0 + t, exponent) + libm::pow(1.0 - t, exponent)) - 1.0
+}
+
+/// E14: a moment tilts the block; the sum of its loads grows with the square.
 pub(super) const MOMENT_LOAD: Definition = Definition {
     id: Id::MomentLoad,
     kind: Kind::Physics,
-    forms: &[Form {
-        name: "quadratic",
-        shape: &[],
-        amplitudes: &[amplitude("at_100_n", "", Sign::Positive, 0.05)],
-        columns: |c, _| {
-            (!c.steady.preload_n.is_empty()).then_some(())?;
-            shown([even(c, |n| {
-                let force = c.steady.force_n[n] / 100.0;
-                if force.is_finite() { c.by_preload_n[n] * force * force } else { 0.0 }
-            })])
+    forms: &[
+        Form {
+            name: "minimal",
+            shape: &[],
+            amplitudes: &[amplitude("preload_at_100_n", "", Positive, 0.05)],
+            columns: |context, _| shown(vec![moment(context, |force, _| force * force)]),
+            phase_bound: false,
+            equation: "F = preload_at_100_n·(F_law/100 N)²·dF_law/dlnF_p: the drive pulls above or below the rail",
         },
-        phase_bound: false,
-    }],
-    axis: "load",
-    statement: "The drive pulls beside the guide: the moment loads some balls more, and spin adds drag.",
-    falsifier: "Pulling at another height must change it with the square of the lever.",
+        Form {
+            name: "table",
+            shape: &[],
+            amplitudes: &[
+                amplitude("preload_at_100_n", "", Positive, 0.05),
+                amplitude("preload_at_1_m_s2", "", Positive, 0.05),
+                amplitude("preload_at_both", "", Free, 0.05),
+            ],
+            columns: |context, _| {
+                shown(vec![
+                    moment(context, |force, _| force * force),
+                    moment(context, |_, a| a * a),
+                    moment(context, |force, a| force * a),
+                ])
+            },
+            phase_bound: false,
+            equation: "as minimal, with the moment of a table's inertia, a/(1 m/s²), beside that of the drive",
+        },
+    ],
+    axis: "acceleration",
+    statement: "the drive's force or a mass above the rail tilts the block, which raises the sum of its loads",
+    falsifier: "pulling at the height of the rail leaves the added friction as it is",
+    confused_with: "a known load: the moment follows the height of the pull; preload: it does not follow the drive's force",
     next_experiment: "P9",
     simplicity: 6,
 };
 
-/// Sum of the ball loads over that without external load, for a load over preload.
-fn ratio_of_loads(ratio: f64) -> f64 {
-    let difference = |t: f64| (1.0 + t).powf(1.5) - (1.0 - t).max(0.0).powf(1.5);
-    // beyond t = 1 one side is unloaded: the other carries the load alone
-    let (mut low, mut high) = (0.0, 1.0f64.max(ratio.powf(2.0 / 3.0)));
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if difference(middle) < ratio { low = middle } else { high = middle }
-    }
-    0.5 * ((1.0 + low).powf(1.5) + (1.0 - low).max(0.0).powf(1.5))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::ratio_of_loads;
-
-    /// Hertz rows of a preloaded block; decompression at a load of 2√2 preloads.
-    #[test]
-    fn loads_add_up_as_hertz_says() {
-        for (load, drag) in
-            [(0.0, 1.0), (0.5, 1.011), (1.0, 1.042), (2.0, 1.18), (2.0 * 2f64.sqrt(), 1.414), (4.0, 2.0)]
-        {
-            assert!((ratio_of_loads(load) - drag).abs() < 2e-3, "{load}: {}", ratio_of_loads(load));
-        }
-    }
+fn moment(context: &Context<'_>, of: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+    let by_load = context.by_load_n();
+    let (force, a) = (&context.steady.force_n, &context.motion.acceleration_m_s2);
+    context.rows(|n| by_load[n] * of(force[n] / 100.0, if a[n].is_finite() { a[n] } else { 0.0 }))
 }

@@ -1,42 +1,67 @@
-//! The physics, and the faults of sensors, that a simulation may leave out: what each adds to the force.
+//! The physics that a simulation may have left out, and what a measurement does to look like it.
 //!
 //! ```text
-//! id          the names of the public contract
-//! definition  how a mechanism is described: parametric forms, where it shows, what refutes it
-//! context     all that a mechanism may depend on, row by row of one run
-//! library     every mechanism, in the order of the contract
-//! added       a mechanism with its numbers: an entry [[mechanism]] of an augmented simulation file
+//! id          their names
+//! definition  what the library says of each: forms, equations, what would prove it wrong
+//! context     what a mechanism may depend on, row by row
+//! library     all of them; one file a family beside it
+//! added       a mechanism with numbers
 //! ```
 //!
-//! All others are families of forms. A form is linear in its amplitudes: `force = Σ amplitude_k · column_k(shape)`.
-//! What changes the preload acts through `∂F/∂ln(preload)`, what changes the oil through `∂F/∂ln(viscosity)`, so that
-//! one amplitude means the same at every speed and load.
+//! Every form is `F = Σ amplitude·column(shape)`: linear in its amplitudes, so that a fit has to search the few shape
+//! parameters only. What changes the preload or the oil acts through the law's own derivative: one number for all
+//! speeds and loads. `docs/mechanisms.md` lists them.
 
 mod added;
-mod column;
 mod context;
 mod definition;
 mod id;
 mod library;
+mod path;
 
+mod contacts;
 mod direction;
-mod dynamics;
+mod encoder;
+mod filter;
+mod inertia_and_chain;
 mod load;
-mod oil;
+mod periodic;
 mod presliding;
 mod rail;
-mod ripple;
-mod seals;
+mod resonance;
+mod seals_and_oil;
 mod sensor_dynamics;
 mod sensor_level;
 mod temperature;
 mod travel;
 
 pub use added::Added;
-pub use context::{Context, Geometry};
+pub use context::{Context, FAR_M, Geometry};
 pub use definition::{Amplitude, Columns, Definition, Form, Kind, ShapeParameter, Sign};
 pub use id::Id;
-pub use library::{definition, library};
+pub use library::library;
+
+use Sign::{Free, Negative, Positive};
+
+/// An amplitude.
+const fn amplitude(name: &'static str, unit: &'static str, sign: Sign, typical: f64) -> Amplitude {
+    Amplitude { name, unit, sign, typical }
+}
+
+/// A shape parameter on a grid of equal ratios.
+const fn ratio(name: &'static str, unit: &'static str, from: f64, to: f64, grid: usize) -> ShapeParameter {
+    ShapeParameter { name, unit, from, to, log: true, grid }
+}
+
+/// A shape parameter on a grid of equal steps.
+const fn steps(name: &'static str, unit: &'static str, from: f64, to: f64, grid: usize) -> ShapeParameter {
+    ShapeParameter { name, unit, from, to, log: false, grid }
+}
+
+/// The columns, unless every one is zero in every row: then the run does not show the mechanism.
+fn shown(columns: Columns) -> Option<Columns> {
+    columns.iter().flatten().any(|x| *x != 0.0 && x.is_finite()).then_some(columns)
+}
 
 #[cfg(test)]
 mod tests;

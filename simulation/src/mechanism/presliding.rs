@@ -1,86 +1,195 @@
-//! What happens within the first tenths of a millimetre after a reversal or a start.
+//! Friction that remembers reversals and rests.
+//!
+//! State is the part z of the full friction that a contact holds, from -1 to 1. It follows displacement, not time, and
+//! keeps what an unfinished stroke has left in it.
 
-use super::column::{drag, odd, shown};
-use super::definition::{Definition, Form, Kind, Sign, amplitude, scale};
-use super::{Context, Id};
+use super::context::Context;
+use super::definition::{Columns, Definition, Form, Kind};
+use super::filter::lag;
+use super::id::Id;
+use super::{Positive, amplitude, ratio, shown};
 
-/// `F = D (1 - a e^(-s/s_0))` after a reversal; from one direction into the other a is 2. Richer: two lengths, as
-/// slip elements of different reach make them.
+/// Lengths of the slip elements over the longest one, which gives way last.
+const ELEMENTS: [f64; 4] = [0.1, 0.3, 0.6, 1.0];
+
+/// E34: Dahl's `dz/dx = (1 - z·sign(dx))/length`; the richer form has four Maxwell elements that give way one by one.
 pub(super) const PRESLIDING: Definition = Definition {
     id: Id::Presliding,
     kind: Kind::Physics,
     forms: &[
         Form {
-            name: "exponential",
-            shape: &[scale("length_m", "m", 1e-5, 1e-3, 7)],
-            amplitudes: &[amplitude("share", "", Sign::Negative, -2.0)],
-            columns: |c, s| shown([fading(c, s[0])]),
+            name: "minimal",
+            shape: &[ratio("length_m", "m", 1e-5, 1e-3, 7)],
+            amplitudes: &[amplitude("part", "", Positive, 1.0)],
+            columns: |context, shape| {
+                let length = *shape.first()?;
+                let pull = |z: f64, step: f64| 1.0 - (1.0 - z) * libm::exp(-step / length);
+                held_back(context, &[&pull])
+            },
             phase_bound: false,
+            equation: "F = part·F_law·(z - sign(V)), dz/dx = (1 - z·sign(V))/length: after a full stroke \
+                       -2·part·F_law·exp(-s/length)",
         },
         Form {
-            name: "two-lengths",
-            shape: &[scale("length_m", "m", 1e-5, 3e-4, 6)],
+            name: "maxwell-slip",
+            shape: &[ratio("length_m", "m", 5e-5, 2e-3, 7)],
             amplitudes: &[
-                amplitude("share", "", Sign::Negative, -1.5),
-                amplitude("long_share", "", Sign::Negative, -0.5),
+                amplitude("part_at_tenth", "", Positive, 0.25),
+                amplitude("part_at_three_tenths", "", Positive, 0.25),
+                amplitude("part_at_six_tenths", "", Positive, 0.25),
+                amplitude("part_at_end", "", Positive, 0.25),
             ],
-            columns: |c, s| shown([fading(c, s[0]), fading(c, 4.0 * s[0])]),
+            columns: |context, shape| {
+                let length = *shape.first()?;
+                let elements =
+                    ELEMENTS.map(|share| move |z: f64, step: f64| (z + 2.0 * step / (share * length)).min(1.0));
+                let [a, b, c, d] = &elements;
+                held_back(context, &[a, b, c, d])
+            },
             phase_bound: false,
-        },
-        Form {
-            name: "slip-elements",
-            shape: &[scale("length_m", "m", 2e-5, 1e-3, 7)],
-            amplitudes: &[amplitude("share", "", Sign::Negative, -2.0)],
-            // elements whose reach is spread evenly up to the length: what has not slipped yet
-            columns: |c, s| shown([odd(c, |n| drag(c, n) * (1.0 - c.since_reversal_m[n] / s[0]).max(0.0).powi(2))]),
-            phase_bound: false,
+            equation: "F = F_law·Σ part_i·(z_i - sign(V)), dz_i = 2dx/length_i within -1..1, length_i = 0.1, 0.3, 0.6, 1 of \
+                       length: the travel from a reversal to slip",
         },
     ],
     axis: "reversal-distance",
-    statement: "After a reversal the friction builds up over a displacement (presliding) instead of at once.",
-    falsifier: "The length must be the same in micrometres at every frequency; a filter's would be the same in milliseconds.",
+    statement: "after a reversal the friction needs some travel to build up again: the balls first deform before they roll on",
+    falsifier: "at another frequency of the reversals the friction builds up over another distance",
+    confused_with: "a low-pass or a delay of the force, which take time and not distance: reversals at two frequencies a decade \
+                    apart; play, in which the force is zero",
     next_experiment: "P5",
     simplicity: 3,
 };
 
-/// `F = D a log(1 + t_rest/t_0) e^(-s/s_0)`, t_0 = 1 s.
+/// `drag·(z - sign(V))` for states that follow `of(z, step)` along the motion; both signs are the motion's own.
+fn held_back(context: &Context<'_>, of: &[&dyn Fn(f64, f64) -> f64]) -> Option<Columns> {
+    let path = &context.path;
+    let turns = (0..context.len()).any(|n| !path.starts[n] && path.direction[n] != path.direction[n.saturating_sub(1)]);
+    let starts_from_rest = (0..context.len()).any(|n| path.starts[n] && path.at_rest[n]);
+    if !turns && !starts_from_rest {
+        return None;
+    }
+    let column = |follow: &&dyn Fn(f64, f64) -> f64| {
+        // along the present direction
+        let mut z = 1.0;
+        let mut before = 1.0;
+        let next = |n: usize| {
+            let sign = path.direction[n];
+            if path.starts[n] {
+                z = if path.at_rest[n] { 0.0 } else { 1.0 };
+            } else {
+                z = if sign == before { z } else { -z };
+                z = follow(z, path.step_m[n]).clamp(-1.0, 1.0);
+            }
+            before = sign;
+            let seen = context.steady.direction[n];
+            context.steady.drag_n[n] * (sign * z - seen)
+        };
+        (0..context.len()).map(next).collect()
+    };
+    shown(of.iter().map(column).collect())
+}
+
+/// E36: friction that has grown in a rest and is gone after some travel.
 pub(super) const BREAKAWAY_DWELL: Definition = Definition {
     id: Id::BreakawayDwell,
     kind: Kind::Physics,
-    forms: &[Form {
-        name: "logarithmic",
-        shape: &[scale("length_m", "m", 2e-5, 2e-3, 6)],
-        amplitudes: &[amplitude("share_per_decade", "", Sign::Positive, 0.1)],
-        columns: |c, s| {
-            shown([odd(c, |n| drag(c, n) * (-c.since_reversal_m[n] / s[0]).exp() * (1.0 + c.dwell_s[n]).log10())])
+    forms: &[
+        Form {
+            name: "minimal",
+            shape: &[ratio("length_m", "m", 3e-5, 3e-3, 5)],
+            amplitudes: &[amplitude("part_per_decade", "", Positive, 0.1)],
+            columns: |context, shape| rested(context, *shape.first()?, |dwell| libm::log10(1.0 + dwell)),
+            phase_bound: false,
+            equation: "F = part_per_decade·sign(V)·F_law·log10(1 + dwell/(1 s))·exp(-s/length), s from the start on",
         },
-        phase_bound: false,
-    }],
+        Form {
+            name: "saturating",
+            shape: &[ratio("length_m", "m", 3e-5, 3e-3, 5), ratio("dwell_s", "s", 0.5, 500.0, 5)],
+            amplitudes: &[amplitude("part", "", Positive, 0.2)],
+            columns: |context, shape| {
+                let time = *shape.get(1)?;
+                rested(context, *shape.first()?, |dwell| -libm::expm1(-dwell / time))
+            },
+            phase_bound: false,
+            equation: "F = part·sign(V)·F_law·(1 - exp(-rest/dwell))·exp(-s/length)",
+        },
+    ],
     axis: "dwell",
-    statement: "After a rest the carriage breaks away with a force that grows with the time it stood.",
-    falsifier: "Rests of 1, 10 and 100 s must raise the first force by equal steps.",
+    statement: "the friction grows while the carriage rests and falls off again over the first travel",
+    falsifier: "after rests of 1 s and 1000 s the carriage breaks away at the same force",
+    confused_with: "presliding, which does not depend on the rest; cooled oil after a long rest, which lasts longer than a \
+                    millimetre",
     next_experiment: "P7",
-    simplicity: 4,
-};
-
-/// Play between drive and carriage: after a reversal no force until it is taken up.
-pub(super) const COUPLING_BACKLASH: Definition = Definition {
-    id: Id::CouplingBacklash,
-    kind: Kind::Sensor,
-    forms: &[Form {
-        name: "gap",
-        shape: &[scale("gap_m", "m", 1e-5, 1e-3, 8)],
-        amplitudes: &[amplitude("share", "", Sign::Negative, -1.0)],
-        columns: |c, s| shown([odd(c, |n| if c.since_reversal_m[n] < s[0] { drag(c, n) } else { 0.0 })]),
-        phase_bound: false,
-    }],
-    axis: "reversal-distance",
-    statement: "Play in the coupling: after a reversal the drive moves without a force until the play is taken up.",
-    falsifier: "Within the play the force must be zero, not rising; the play must be the same in micrometres everywhere.",
-    next_experiment: "P5",
     simplicity: 5,
 };
 
-fn fading(c: &Context<'_>, length_m: f64) -> Vec<f64> {
-    odd(c, |n| drag(c, n) * (-c.since_reversal_m[n] / length_m).exp())
+fn rested(context: &Context<'_>, length: f64, growth: impl Fn(f64) -> f64) -> Option<Columns> {
+    let mut last = (f64::NAN, 0.0);
+    let mut column = vec![0.0; context.len()];
+    for (n, force) in column.iter_mut().enumerate() {
+        let dwell = context.dwell_s[n];
+        let sign = context.steady.direction[n];
+        let gone = context.since_reversal_m[n] / length;
+        if dwell > 0.0 && sign != 0.0 && gone < 40.0 {
+            if last.0 != dwell {
+                last = (dwell, growth(dwell));
+            }
+            *force = sign * context.steady.drag_n[n] * last.1 * libm::exp(-gone);
+        }
+    }
+    shown(vec![column])
+}
+
+/// E35: the magnitude of the friction follows a change of speed late; its sign does not.
+pub(super) const FRICTIONAL_LAG: Definition = Definition {
+    id: Id::FrictionalLag,
+    kind: Kind::Physics,
+    forms: &[
+        Form {
+            name: "minimal",
+            shape: &[ratio("time_s", "s", 1e-3, 0.1, 6)],
+            amplitudes: &[amplitude("part", "", Positive, 1.0)],
+            columns: |context, shape| {
+                let late = lag(context, &context.steady.drag_n, *shape.first()?);
+                shown(vec![context.against_motion(|n| late[n] - context.steady.drag_n[n])])
+            },
+            phase_bound: false,
+            equation: "F = part·sign(V)·(y - F_law), time·dy/dt = F_law - y, F_law without sign",
+        },
+        Form {
+            name: "time-and-travel",
+            shape: &[ratio("time_s", "s", 1e-3, 0.1, 5), ratio("length_m", "m", 1e-5, 1e-2, 4)],
+            amplitudes: &[amplitude("part", "", Positive, 0.5), amplitude("part_by_travel", "", Positive, 0.5)],
+            columns: |context, shape| {
+                let late = lag(context, &context.steady.drag_n, *shape.first()?);
+                let behind = behind(context, *shape.get(1)?);
+                shown(vec![
+                    context.against_motion(|n| late[n] - context.steady.drag_n[n]),
+                    context.against_motion(|n| behind[n] - context.steady.drag_n[n]),
+                ])
+            },
+            phase_bound: false,
+            equation: "as minimal, and a lag in travel, length·dy/ds = F_law - y",
+        },
+    ],
+    axis: "acceleration",
+    statement: "the oil film needs time to follow a change of speed, and the friction with it",
+    falsifier: "at a reversal, or when a known mass is added, the force is late as a whole and not its friction alone",
+    confused_with: "a low-pass of the force, exactly so while the motion keeps its direction: a reversal or a known mass",
+    next_experiment: "P6",
+    simplicity: 5,
+};
+
+/// First-order lag of the drag in travel.
+fn behind(context: &Context<'_>, length: f64) -> Vec<f64> {
+    let drag = super::context::held(&context.steady.drag_n);
+    let mut y = 0.0;
+    let step = |n: usize| {
+        if context.path.starts[n] {
+            y = drag[n];
+        }
+        y = drag[n] + (y - drag[n]) * libm::exp(-context.path.step_m[n].max(0.0) / length);
+        y
+    };
+    (0..context.len()).map(step).collect()
 }

@@ -1,60 +1,104 @@
-//! Faults of the force channel that need time: a filter, a delay.
+//! What the force channel does in time.
 
-use super::column::{force, shown};
-use super::definition::{Definition, Form, Kind, Sign, amplitude, scale};
-use super::{Context, Id, dynamics};
+use super::context::{Context, held};
+use super::definition::{Columns, Definition, Form, Kind};
+use super::filter::lag;
+use super::id::Id;
+use super::{Free, Positive, amplitude, ratio, shown, steps};
 
-/// Rows to either side from which the slope of the force is taken.
-const REACH: usize = 3;
-
-/// `τ y' = F - y`: inertia, friction and its sign alike.
+/// S4: `τ dy/dt = F - y`.
 pub(super) const FORCE_LOWPASS: Definition = Definition {
     id: Id::ForceLowpass,
     kind: Kind::Sensor,
-    forms: &[Form {
-        name: "first-order",
-        shape: &[scale("time_s", "s", 1e-3, 0.1, 6)],
-        amplitudes: &[amplitude("share", "", Sign::Positive, 1.0)],
-        columns: |c, s| dynamics::filtered(c, s[0]),
-        phase_bound: false,
-    }],
+    forms: &[
+        Form {
+            name: "minimal",
+            shape: &[ratio("time_s", "s", 5e-4, 0.2, 8)],
+            amplitudes: &[amplitude("part", "", Positive, 1.0)],
+            columns: |context, shape| filtered(context, *shape.first()?, 1),
+            phase_bound: false,
+            equation: "F = part·(y - F_law), time·dy/dt = F_law - y",
+        },
+        Form {
+            name: "second-order",
+            shape: &[ratio("time_s", "s", 5e-4, 0.2, 8)],
+            amplitudes: &[amplitude("part", "", Positive, 1.0)],
+            columns: |context, shape| filtered(context, *shape.first()?, 2),
+            phase_bound: false,
+            equation: "as minimal, two such filters in a row",
+        },
+    ],
     axis: "acceleration",
-    statement: "The force channel is filtered: it follows every change some milliseconds late.",
-    falsifier: "A step of known mass must arrive late by the same time; at two frequencies the delay must be equal in milliseconds.",
+    statement: "the force channel is low-pass filtered: it shows changes late and rounded",
+    falsifier: "a known mass dropped on the sensor shows a step sharper than the filter",
+    confused_with: "frictional lag while the motion keeps its direction: a reversal; presliding, which takes distance and not \
+                    time: two frequencies a decade apart",
     next_experiment: "two-frequencies",
     simplicity: 3,
 };
 
-/// `F(t - δ) = F - δ F'`
+fn filtered(context: &Context<'_>, time: f64, order: usize) -> Option<Columns> {
+    let force = &context.steady.force_n;
+    let mut out = held(force);
+    for _ in 0..order {
+        out = lag(context, &out, time);
+    }
+    shown(vec![context.rows(|n| out[n] - force[n])])
+}
+
+/// S5: `F(t - δ)`.
 pub(super) const TIME_MISALIGNMENT: Definition = Definition {
     id: Id::TimeMisalignment,
     kind: Kind::Sensor,
-    forms: &[Form {
-        name: "delay",
-        shape: &[],
-        amplitudes: &[amplitude("advance_s", "s", Sign::Free, 2e-3)],
-        columns: |c, _| shown([slope(c)]),
-        phase_bound: false,
-    }],
+    forms: &[
+        Form {
+            name: "minimal",
+            shape: &[],
+            amplitudes: &[amplitude("delay_s", "s", Free, 2e-3)],
+            columns: |context, _| {
+                let reach = context.run.step_s();
+                let (late, early) = (shifted(context, reach), shifted(context, -reach));
+                shown(vec![context.rows(|n| (late[n] - early[n]) / (2.0 * reach))])
+            },
+            phase_bound: false,
+            equation: "F = -delay·dF_law/dt: the force is recorded late by delay",
+        },
+        Form {
+            name: "shift",
+            shape: &[steps("delay_s", "s", -0.05, 0.05, 12)],
+            amplitudes: &[amplitude("part", "", Positive, 1.0)],
+            columns: |context, shape| {
+                let late = shifted(context, *shape.first()?);
+                shown(vec![context.rows(|n| late[n] - context.steady.force_n[n])])
+            },
+            phase_bound: false,
+            equation: "F = part·(F_law(t - delay) - F_law(t))",
+        },
+    ],
     axis: "acceleration",
-    statement: "Force and position are not of the same instant: one channel is late.",
-    falsifier: "The shift must be the same in milliseconds at every speed and acceleration.",
+    statement: "force and position are not recorded at the same instant",
+    falsifier: "a mass step is seen by force and encoder at the same instant",
+    confused_with: "inertia, low-pass and frictional lag: the shift is constant in milliseconds at all speeds",
     next_experiment: "two-frequencies",
     simplicity: 2,
 };
 
-/// Change of the law's force per second, N/s, over a few rows.
-fn slope(c: &Context<'_>) -> Vec<f64> {
-    let force = force(c);
-    let mut out = vec![0.0; force.len()];
-    for part in &c.run.parts {
-        let rows = part.rows.clone();
-        for n in rows.clone() {
-            let (from, to) = (n.saturating_sub(REACH).max(rows.start), (n + REACH).min(rows.end - 1));
-            let time = c.run.time_s[to] - c.run.time_s[from];
-            if time > 0.0 {
-                out[n] = (force[to] - force[from]) / time;
+/// The law's force `delay` earlier, within the part; straight between rows.
+fn shifted(context: &Context<'_>, delay: f64) -> Vec<f64> {
+    let (force, time) = (held(&context.steady.force_n), &context.run.time_s);
+    let mut out = vec![0.0; context.len()];
+    for part in &context.run.parts {
+        let Some(last) = part.rows.end.checked_sub(1) else { continue };
+        let mut k = part.rows.start;
+        for n in part.rows.clone() {
+            let wanted = time[n] - delay;
+            while k + 1 < last && time[k + 1] < wanted {
+                k += 1;
             }
+            let next = (k + 1).min(last);
+            let width = time[next] - time[k];
+            let share = if width > 0.0 { ((wanted - time[k]) / width).clamp(0.0, 1.0) } else { 0.0 };
+            out[n] = force[k] + share * (force[next] - force[k]);
         }
     }
     out

@@ -1,178 +1,286 @@
-//! Faults of the force sensor that need no time: zero, gain, cross-talk, steps, clipping.
+//! Zero, scale, steps and range of the force channel.
 
-use super::Id;
-use super::column::{even, force, odd, shown, span};
-use super::definition::{Definition, Form, Kind, Sign, amplitude, scale};
+use super::context::{Context, filled};
+use super::definition::{Columns, Definition, Form, Kind};
+use super::id::Id;
+use super::{Free, Positive, amplitude, ratio, shown};
 
-/// `F' = F + F_0`
+/// S1: the zero.
 pub(super) const FORCE_OFFSET: Definition = Definition {
     id: Id::ForceOffset,
     kind: Kind::Sensor,
     forms: &[Form {
-        name: "constant",
+        name: "minimal",
         shape: &[],
-        amplitudes: &[amplitude("force_n", "N", Sign::Free, 0.5)],
-        columns: |c, _| Some(vec![vec![1.0; c.len()]]),
+        amplitudes: &[amplitude("offset_n", "N", Free, 0.5)],
+        columns: |context, _| Some(vec![vec![1.0; context.len()]]),
         phase_bound: false,
+        equation: "F = offset",
     }],
     axis: "direction",
-    statement: "The zero of the force sensor is off.",
-    falsifier: "With the carriage free and at rest the sensor must show the same force.",
+    statement: "the force sensor does not read zero without force",
+    falsifier: "with the carriage free the sensor reads zero",
+    confused_with: "a tilt of the rail, exactly so: read the sensor with the carriage free, or change the mass; seal drag \
+                    where all motion has one direction",
     next_experiment: "zero-force",
     simplicity: 1,
 };
 
-/// `F' = F + k t`; richer: towards an end, `A (1 - e^(-t/τ))`.
+/// S1: the zero moves.
 pub(super) const FORCE_DRIFT: Definition = Definition {
     id: Id::ForceDrift,
     kind: Kind::Sensor,
     forms: &[
         Form {
-            name: "linear",
+            name: "minimal",
             shape: &[],
-            amplitudes: &[amplitude("per_second_n_s", "N/s", Sign::Free, 1e-3)],
-            columns: |c, _| shown([even(c, |n| c.run.time_s[n] - c.run.time_s[0])]),
+            amplitudes: &[amplitude("drift_n_per_s", "N/s", Free, 5e-4)],
+            columns: |context, _| shown(vec![elapsed(context)]),
             phase_bound: false,
+            equation: "F = drift·t, t from the first row",
         },
         Form {
-            name: "settles",
-            shape: &[scale("time_s", "s", 10.0, 3000.0, 6)],
-            amplitudes: &[amplitude("force_n", "N", Sign::Free, 0.5)],
-            columns: |c, s| {
-                let last = c.run.time_s.last()? - c.run.time_s[0];
-                (last > s[0]).then_some(())?;
-                shown([even(c, |n| 1.0 - (-(c.run.time_s[n] - c.run.time_s[0]) / s[0]).exp())])
+            name: "curved",
+            shape: &[],
+            amplitudes: &[
+                amplitude("slope_n", "N", Free, 0.5),
+                amplitude("square_n", "N", Free, 0.5),
+                amplitude("cube_n", "N", Free, 0.5),
+            ],
+            columns: |context, _| {
+                let time = elapsed(context);
+                let power = |e: i32| context.rows(|n| (time[n] / 1000.0).powi(e));
+                shown(vec![power(1), power(2), power(3)])
             },
             phase_bound: false,
+            equation: "F = slope·τ + square·τ² + cube·τ³, τ = t/(1000 s)",
+        },
+        Form {
+            name: "settling",
+            shape: &[ratio("time_s", "s", 10.0, 3000.0, 6)],
+            amplitudes: &[amplitude("change_n", "N", Free, 0.5)],
+            columns: |context, shape| {
+                let (time, constant) = (elapsed(context), *shape.first()?);
+                shown(vec![context.rows(|n| -libm::expm1(-time[n] / constant))])
+            },
+            phase_bound: false,
+            equation: "F = change·(1 - exp(-t/time))",
+        },
+        Form {
+            name: "temperature",
+            shape: &[],
+            amplitudes: &[amplitude("offset_n", "N", Free, 0.5), amplitude("offset_per_k_n", "N/K", Free, 0.05)],
+            columns: |context, _| {
+                let ambient = context.run.temperature_ambient_degc.as_ref();
+                let temperature = filled(ambient.or(context.run.temperature_block_degc.as_ref()))?;
+                shown(vec![vec![1.0; context.len()], context.rows(|n| temperature[n] - 20.0)])
+            },
+            phase_bound: false,
+            equation: "F = offset + offset_per_k·(T - 20 degC), T ambient, or of the block where that is all there is",
         },
     ],
     axis: "time",
-    statement: "The zero of the force sensor drifts with time, the same in both directions.",
-    falsifier: "With the carriage free and at rest the sensor must drift as well.",
+    statement: "the zero of the force sensor moves while it records",
+    falsifier: "with the carriage free before and after the recording the sensor reads the same",
+    confused_with: "warm-up and run-in, which change sign with the direction",
     next_experiment: "zero-force",
     simplicity: 2,
 };
 
-/// `F' = g F`, inertia included.
+/// Time from the first row, s; stands still where a clock jumps back.
+fn elapsed(context: &Context<'_>) -> Vec<f64> {
+    let mut sum = 0.0;
+    (0..context.len())
+        .map(|n| {
+            sum += context.step_s(n);
+            sum
+        })
+        .collect()
+}
+
+/// S2: the scale.
 pub(super) const FORCE_GAIN: Definition = Definition {
     id: Id::ForceGain,
     kind: Kind::Sensor,
     forms: &[Form {
-        name: "gain",
+        name: "minimal",
         shape: &[],
-        amplitudes: &[amplitude("excess", "", Sign::Free, 0.01)],
-        columns: |c, _| shown([force(c)]),
+        amplitudes: &[amplitude("gain_error", "", Free, 0.01)],
+        columns: |context, _| shown(vec![context.steady.force_n.clone()]),
         phase_bound: false,
+        equation: "F = gain_error·F_law, inertia included",
     }],
-    axis: "load",
-    statement: "The force sensor multiplies: its gain is off, inertia and friction alike.",
-    falsifier: "A dead weight over a pulley must read wrong by the same factor.",
-    next_experiment: "known-mass",
-    simplicity: 3,
+    axis: "velocity",
+    statement: "the force sensor's scale is off by a constant factor",
+    falsifier: "a dead weight over a pulley reads its own weight",
+    confused_with: "all friction terms together and the preload, exactly so in steady motion: a dead weight",
+    next_experiment: "P0",
+    simplicity: 2,
 };
 
-/// `F' = F + k F_p`: the same in both directions.
+/// S3: a load across the direction of travel is seen along it.
 pub(super) const LOAD_CROSSTALK: Definition = Definition {
     id: Id::LoadCrosstalk,
     kind: Kind::Sensor,
     forms: &[
         Form {
-            name: "of-preload",
+            name: "minimal",
             shape: &[],
-            amplitudes: &[amplitude("share", "", Sign::Free, 1e-3)],
-            columns: |c, _| {
-                let preload = &c.steady.preload_n;
-                // a constant preload makes a constant: the zero of the sensor
-                let (low, high) = span(preload);
-                (!preload.is_empty() && high > 1.02 * low).then_some(())?;
-                shown([even(c, |n| if preload[n].is_finite() { preload[n] } else { 0.0 })])
+            amplitudes: &[amplitude("force_per_load", "", Free, 1e-3)],
+            columns: |context, _| {
+                let external =
+                    filled(context.run.external_load_n.as_ref()).filter(|load| load.iter().any(|w| *w != 0.0));
+                let load = external.or_else(|| filled(context.run.preload_n.as_ref()))?;
+                shown(vec![load])
             },
             phase_bound: false,
+            equation: "F = force_per_load·W, W the external load, or the measured preload where there is none",
         },
         Form {
-            name: "of-load",
+            name: "both",
             shape: &[],
-            amplitudes: &[amplitude("share", "", Sign::Free, 1e-3)],
-            columns: |c, _| {
-                let load = c.run.external_load_n.as_ref()?;
-                shown([even(c, |n| if load[n].is_finite() { load[n] } else { 0.0 })])
+            amplitudes: &[amplitude("force_per_load", "", Free, 1e-3), amplitude("force_per_preload", "", Free, 1e-3)],
+            columns: |context, _| {
+                let load = filled(context.run.external_load_n.as_ref())?;
+                let preload = filled(context.run.preload_n.as_ref())?;
+                shown(vec![load, preload])
             },
             phase_bound: false,
+            equation: "F = force_per_load·W + force_per_preload·F_p",
         },
     ],
-    axis: "preload",
-    statement: "The load on the block reads as drag: cross-talk of the force sensor, the same in both directions.",
-    falsifier: "At rest the reading must change with the load as much as in motion.",
-    next_experiment: "zero-force",
+    axis: "load",
+    statement: "the force sensor sees a part of the load on the block",
+    falsifier: "loading the block at rest does not move the sensor's reading",
+    confused_with: "Coulomb friction where all motion has one direction: it changes sign, crosstalk does not; an offset, where \
+                    the load is constant",
+    next_experiment: "second-preload",
     simplicity: 3,
 };
 
-/// `F' = q round(F/q)`; the steps of the law's force: where noise is below the step they repeat.
+/// S6: the channel counts in steps.
 pub(super) const FORCE_QUANTISATION: Definition = Definition {
     id: Id::ForceQuantisation,
     kind: Kind::Sensor,
-    forms: &[Form {
-        name: "steps",
-        shape: &[scale("step_n", "N", 0.05, 5.0, 8)],
-        amplitudes: &[amplitude("share", "", Sign::Positive, 1.0)],
-        columns: |c, s| {
-            let force = force(c);
-            shown([force.iter().map(|f| (f / s[0]).round() * s[0] - f).collect()])
+    forms: &[
+        Form {
+            name: "minimal",
+            shape: &[ratio("noise_over_step", "", 0.02, 0.5, 4)],
+            amplitudes: &[amplitude("part", "", Positive, 1.0)],
+            columns: |context, shape| {
+                let noise = *shape.first()?;
+                let (step, origin) = lattice(&context.run.drag_force_n)?;
+                counted(context, (step, origin), noise)
+            },
+            phase_bound: false,
+            equation: "F = part·(mean of q·round((F_law + noise - F_0)/q) + F_0 - F_law), q and F_0 step and origin of the \
+                       recorded values; noise beyond half a step leaves nothing to see",
         },
-        phase_bound: false,
-    }],
-    axis: "load",
-    statement: "The force is read in coarse steps.",
-    falsifier: "The raw codes must show a few values only, evenly apart.",
-    next_experiment: "zero-force",
+        Form {
+            name: "step",
+            shape: &[ratio("step_n", "N", 0.02, 20.0, 8)],
+            amplitudes: &[amplitude("part", "", Positive, 1.0)],
+            columns: |context, shape| counted(context, (*shape.first()?, 0.0), 1e-6),
+            phase_bound: false,
+            equation: "F = part·(step·round(F_law/step) - F_law), for recordings that were filtered after they were counted",
+        },
+    ],
+    axis: "velocity",
+    statement: "the force channel counts in coarse steps",
+    falsifier: "the values of the recording are not multiples of one step",
+    confused_with: "a dead zone or stick-slip: look at the histogram of the recorded values",
+    next_experiment: "P0",
     simplicity: 6,
 };
 
-/// `F' = clip(F, ±L)`, L as a share of the largest force that the law says.
+fn counted(context: &Context<'_>, (step, origin): (f64, f64), noise: f64) -> Option<Columns> {
+    let error = |force: f64| step * rounding((force - origin) / step, noise);
+    shown(vec![context.rows(|n| error(context.steady.force_n[n]))])
+}
+
+/// Mean of `round(x + noise) - x` for normal noise: every threshold is passed with its probability.
+fn rounding(x: f64, noise: f64) -> f64 {
+    let nearest = libm::round(x);
+    // 0 to 1 of the thresholds above, less what is missing of those below
+    let above = |k: f64| 0.5 * libm::erfc((nearest + k + 0.5 - x) / (noise * std::f64::consts::SQRT_2));
+    let below = |k: f64| 0.5 * libm::erfc((x - (nearest - k - 0.5)) / (noise * std::f64::consts::SQRT_2));
+    let passed: f64 = [0.0, 1.0, 2.0].iter().map(|k| above(*k) - below(*k)).sum();
+    nearest + passed - x
+}
+
+/// Fewest values that a lattice is told from.
+const FEWEST_VALUES: usize = 4;
+
+/// Step and origin of values that are all multiples of one step, as far as the decimals of a file show it.
+fn lattice(values: &[f64]) -> Option<(f64, f64)> {
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    sorted.dedup();
+    // values of a fine channel hardly repeat
+    if sorted.len() < FEWEST_VALUES || 4 * sorted.len() > values.len() {
+        return None;
+    }
+    let (first, last) = (*sorted.first()?, *sorted.last()?);
+    let least = sorted.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
+    // rounding to decimals spoils the least gap; the whole range knows the step better
+    let steps: f64 = sorted.windows(2).map(|pair| libm::round((pair[1] - pair[0]) / least)).sum();
+    let step = (last - first) / steps;
+    let off = |x: &f64| {
+        let k = (x - first) / step;
+        (k - libm::round(k)).abs()
+    };
+    sorted.iter().all(|x| off(x) < 0.1).then_some((step, first))
+}
+
+/// S7: the channel ends.
 pub(super) const FORCE_SATURATION: Definition = Definition {
     id: Id::ForceSaturation,
     kind: Kind::Sensor,
-    forms: &[Form {
-        name: "clip",
-        shape: &[scale("limit_share", "", 0.4, 0.98, 8)],
-        amplitudes: &[amplitude("share", "", Sign::Positive, 1.0)],
-        columns: |c, s| {
-            let force = force(c);
-            let (low, high) = span(&force);
-            let limit = s[0] * high.max(-low);
-            shown([force.iter().map(|f| f.clamp(-limit, limit) - f).collect()])
+    forms: &[
+        Form {
+            name: "minimal",
+            shape: &[ratio("limit_n", "N", 2.0, 2000.0, 14)],
+            amplitudes: &[amplitude("part", "", Positive, 1.0)],
+            columns: |context, shape| {
+                let limit = *shape.first()?;
+                plateau(context, limit)?;
+                shown(vec![context.rows(|n| beyond(context.steady.force_n[n], limit))])
+            },
+            phase_bound: false,
+            equation: "F = part·sign(F_law)·(min(|F_law|, limit) - |F_law|)",
         },
-        phase_bound: false,
-    }],
-    axis: "load",
-    statement: "The force channel clips at its limit.",
-    falsifier: "The raw codes must stand at the end of their range whenever the force is high.",
-    next_experiment: "zero-force",
-    simplicity: 4,
+        Form {
+            name: "two-sided",
+            shape: &[ratio("upper_n", "N", 2.0, 2000.0, 10), ratio("lower_n", "N", 2.0, 2000.0, 10)],
+            amplitudes: &[amplitude("upper_part", "", Positive, 1.0), amplitude("lower_part", "", Positive, 1.0)],
+            columns: |context, shape| {
+                let (upper, lower) = (*shape.first()?, *shape.get(1)?);
+                let force = &context.steady.force_n;
+                plateau(context, upper.min(lower))?;
+                shown(vec![
+                    context.rows(|n| if force[n] > 0.0 { beyond(force[n], upper) } else { 0.0 }),
+                    context.rows(|n| if force[n] < 0.0 { beyond(force[n], lower) } else { 0.0 }),
+                ])
+            },
+            phase_bound: false,
+            equation: "as minimal, with a limit for each sign",
+        },
+    ],
+    axis: "velocity",
+    statement: "the force channel ends at a limit that the force exceeds",
+    falsifier: "the recorded force rises above the limit",
+    confused_with: "viscous friction that bends over: it has no plateau at one number of newtons",
+    next_experiment: "P0",
+    simplicity: 5,
 };
 
-/// `E[F(V + δ)] - F(V) = σ²/2 ∂²F/∂V²`: noise of the speed bends the law where it is curved.
-pub(super) const SPEED_NOISE: Definition = Definition {
-    id: Id::SpeedNoise,
-    kind: Kind::Sensor,
-    forms: &[Form {
-        name: "bias",
-        shape: &[],
-        amplitudes: &[amplitude("variance_m2_s2", "m²/s²", Sign::Positive, 1e-8)],
-        columns: |c, _| {
-            (!c.steady.hersey.is_empty()).then_some(())?;
-            let v = &c.motion.velocity_m_s;
-            shown([odd(c, |n| {
-                // ∂²F/∂V² = (∂²F/∂ln²V - ∂F/∂lnV)/V², unsigned
-                let bend = c.direction[n] * (c.by_viscosity_2_n[n] - c.by_viscosity_n[n]) / (v[n] * v[n]).max(1e-8);
-                if c.at_rest[n] { 0.0 } else { 0.5 * bend }
-            })])
-        },
-        phase_bound: false,
-    }],
-    axis: "velocity",
-    statement: "The speed that the law is fed with is noisy, which biases the force where the law bends.",
-    falsifier: "A longer window for the speed must make it smaller.",
-    next_experiment: "P1",
-    simplicity: 6,
-};
+/// What a limit takes away.
+fn beyond(force: f64, limit: f64) -> f64 {
+    force.clamp(-limit, limit) - force
+}
+
+/// A limit that most of a run exceeds is another law, not the end of a range.
+fn plateau(context: &Context<'_>, limit: f64) -> Option<()> {
+    let beyond = context.steady.force_n.iter().filter(|force| force.abs() > limit).count();
+    (2 * beyond < context.len()).then_some(())
+}

@@ -1,140 +1,195 @@
-//! What warms.
+//! What heat does to oil and to preload.
 
-use super::column::{even, force, shown};
-use super::definition::{Definition, Form, Kind, Sign, amplitude, scale};
-use super::{Context, Id};
+use model_core::reference::zhou_2023::OIL;
 
-/// Temperature at which a change of viscosity is 0, °C: that of a laboratory, where data sheets of drag are made.
-const REFERENCE_DEGC: f64 = 25.0;
+use super::context::{Context, filled};
+use super::definition::{Columns, Definition, Form, Kind};
+use super::filter::lag;
+use super::id::Id;
+use super::{Free, Negative, Positive, amplitude, ratio, shown, steps};
+use crate::run::Break;
 
-/// `ln ν = ln ν_0 + β (T - T_0)`; richer: to the second order of the drag in ln ν, and of ln ν in T.
+/// E3: the law is evaluated at the viscosity that the measured temperature gives.
 pub(super) const VISCOSITY_TEMPERATURE: Definition = Definition {
     id: Id::ViscosityTemperature,
     kind: Kind::Physics,
     forms: &[
         Form {
-            name: "linear",
-            shape: &[],
-            amplitudes: &[amplitude("per_kelvin", "1/K", Sign::Negative, -0.05)],
-            columns: |c, _| {
-                let t = warm(c)?;
-                shown([even(c, |n| c.by_viscosity_n[n] * t[n])])
-            },
+            name: "minimal",
+            shape: &[steps("reference_degc", "degC", 10.0, 60.0, 6)],
+            amplitudes: &[amplitude("part", "", Positive, 1.0)],
+            columns: vg100,
             phase_bound: false,
+            equation: "F = part·(F_law(ν·r) - F_law(ν)), r = ν100(T)/ν100(reference) of an oil of grade ISO VG 100 and \
+                       viscosity index 95",
         },
         Form {
-            name: "exponential",
-            shape: &[scale("rate_per_kelvin", "1/K", 0.015, 0.1, 6)],
-            amplitudes: &[amplitude("share", "", Sign::Positive, 1.0)],
-            // the drag at ν e^(-βΔT), to the second order in βΔT
-            columns: |c, s| {
-                let t = warm(c)?;
-                let change = |n: usize| -s[0] * t[n];
-                shown([even(c, |n| change(n) * (c.by_viscosity_n[n] + 0.5 * change(n) * c.by_viscosity_2_n[n]))])
+            name: "rate",
+            shape: &[steps("reference_degc", "degC", 10.0, 60.0, 5), ratio("rate_per_k", "1/K", 0.015, 0.1, 4)],
+            amplitudes: &[amplitude("part", "", Positive, 1.0)],
+            columns: |context, shape| {
+                let (reference, rate) = (*shape.first()?, *shape.get(1)?);
+                thinned(context, |t| rate * (reference - t))
             },
             phase_bound: false,
+            equation: "F = part·(F_law(ν·r) - F_law(ν)), r = exp(-rate·(T - reference))",
         },
     ],
     axis: "temperature",
-    statement: "The oil thins as the block warms, and the drag moves along the Stribeck curve; the simulation keeps its viscosity.",
-    falsifier: "At one temperature the difference must vanish; on the two sides of the friction minimum it must have opposite signs.",
+    statement: "the oil thins with temperature, which the simulation's constant viscosity does not say",
+    falsifier: "the same speeds at two temperatures 10 K apart give the same friction",
+    confused_with: "preload that follows a temperature difference: it moves friction alike at all speeds, the oil moves it \
+                    along the Stribeck curve; run-in and starvation: they do not follow the sensor",
     next_experiment: "second-temperature",
     simplicity: 2,
 };
 
-/// `C dT/dt = F V - (T - T_a)/R`, acting through the viscosity. The column is the filtered power, W.
+fn vg100(context: &Context<'_>, shape: &[f64]) -> Option<Columns> {
+    let reference = libm::log(OIL.viscosity_cst(*shape.first()?));
+    thinned(context, |t| libm::log(OIL.viscosity_cst(t)) - reference)
+}
+
+/// What the law says at a viscosity of `exp(log_ratio(T))` times its own, less what it says.
+fn thinned(context: &Context<'_>, log_ratio: impl Fn(f64) -> f64) -> Option<Columns> {
+    if context.viscosity_follows_temperature {
+        return None;
+    }
+    let temperature = filled(context.run.temperature_block_degc.as_ref())?;
+    let mut last = (f64::NAN, f64::NAN);
+    let logs: Vec<f64> = temperature
+        .iter()
+        .map(|t| {
+            if last.0 != *t {
+                last = (*t, log_ratio(*t));
+            }
+            last.1
+        })
+        .collect();
+    let Some(friction) = &context.friction else {
+        let force = context.by_oil_n();
+        return shown(vec![context.rows(|n| force[n] * logs[n])]);
+    };
+    let (q, h) = (&context.steady.load_per_ball_n, &context.steady.hersey);
+    let of = |n: usize| {
+        let other = friction.coefficient(h[n] * libm::exp(logs[n])) - friction.coefficient(h[n]);
+        context.geometry.loaded_balls * q[n] * other
+    };
+    shown(vec![context.against_motion(of)])
+}
+
+/// E4: `τ dθ/dt = P - θ` with the friction power P; the oil thins by θ.
 pub(super) const SELF_HEATING: Definition = Definition {
     id: Id::SelfHeating,
     kind: Kind::Physics,
     forms: &[
         Form {
-            name: "one-node",
-            shape: &[scale("time_s", "s", 60.0, 4000.0, 5)],
-            amplitudes: &[amplitude("per_watt", "1/W", Sign::Negative, -0.05)],
-            columns: |c, s| {
-                let power = heated(c, s[0]);
-                shown([even(c, |n| c.by_viscosity_n[n] * power[n])])
-            },
+            name: "minimal",
+            shape: &[ratio("time_s", "s", 60.0, 3600.0, 6)],
+            amplitudes: &[amplitude("log_viscosity_per_w", "1/W", Negative, -0.03)],
+            columns: |context, shape| heated(context, &[*shape.first()?]),
             phase_bound: false,
+            equation: "F = log_viscosity_per_w·θ·dF_law/dlnν; time·dθ/dt = F_law·|V| - θ, θ = 0 at the start",
         },
         Form {
-            name: "two-nodes",
-            shape: &[scale("time_s", "s", 60.0, 1500.0, 4)],
+            name: "two-node",
+            shape: &[ratio("fast_s", "s", 20.0, 300.0, 3), ratio("slow_s", "s", 400.0, 7200.0, 3)],
             amplitudes: &[
-                amplitude("per_watt", "1/W", Sign::Negative, -0.05),
-                amplitude("slow_per_watt", "1/W", Sign::Negative, -0.05),
+                amplitude("fast_log_viscosity_per_w", "1/W", Negative, -0.02),
+                amplitude("slow_log_viscosity_per_w", "1/W", Negative, -0.02),
             ],
-            columns: |c, s| {
-                let (fast, slow) = (heated(c, s[0]), heated(c, 5.0 * s[0]));
-                shown([even(c, |n| c.by_viscosity_n[n] * fast[n]), even(c, |n| c.by_viscosity_n[n] * slow[n])])
-            },
+            columns: |context, shape| heated(context, &[*shape.first()?, *shape.get(1)?]),
             phase_bound: false,
+            equation: "as minimal, θ the sum of a fast node (contacts) and a slow one (block and table)",
         },
     ],
     axis: "time",
-    statement: "Friction warms the oil, which thins: the drag drifts with the power of the last minutes.",
-    falsifier: "After a pause at ambient temperature the drag must start anew where it started first.",
+    statement: "friction warms the oil while the block runs, more at high power, and the oil thins",
+    falsifier: "after a pause to cool down the same motion starts with the friction it ended with",
+    confused_with: "run-in, which does not come back after a pause; starvation, whose friction rises with wear of the film; \
+                    the measured temperature, which it follows",
     next_experiment: "P8",
-    simplicity: 4,
+    simplicity: 5,
 };
 
-/// `ΔF_p/F_p = κ (T_block - T_rail)`
+fn heated(context: &Context<'_>, times: &[f64]) -> Option<Columns> {
+    let power = context.rows(|n| context.steady.drag_n[n] * context.speed_m_s(n));
+    let force = context.by_oil_n();
+    let column = |time: &f64| {
+        let theta = warmth(context, &power, *time);
+        context.rows(|n| force[n] * theta[n])
+    };
+    shown(times.iter().map(column).collect())
+}
+
+/// First-order lag of the power, from 0 at the first row. Between parts of a profile nothing heats; in a gap the power
+/// goes on as before.
+fn warmth(context: &Context<'_>, power: &[f64], time_s: f64) -> Vec<f64> {
+    let mut theta = 0.0;
+    let mut before = 0.0;
+    let mut rests = vec![false; context.len()];
+    for part in &context.run.parts {
+        if let Some(rests) = rests.get_mut(part.rows.start) {
+            *rests = matches!(part.starts, Break::Segment);
+        }
+    }
+    let mut last = (f64::NAN, 0.0);
+    let step = |n: usize| {
+        let dt = context.step_s(n);
+        if (dt - last.0).abs() > 1e-6 * dt || last.0.is_nan() {
+            last = (dt, libm::exp(-dt / time_s));
+        }
+        let now = if power[n].is_finite() { power[n] } else { before };
+        let source = if rests[n] { 0.0 } else { 0.5 * (now + before) };
+        theta = source + (theta - source) * last.1;
+        before = now;
+        theta
+    };
+    (0..context.len()).map(step).collect()
+}
+
+/// E18: `dF_p/F_p = k (T_block - T_rail)`.
 pub(super) const THERMAL_PRELOAD: Definition = Definition {
     id: Id::ThermalPreload,
     kind: Kind::Physics,
-    forms: &[Form {
-        name: "linear",
-        shape: &[],
-        amplitudes: &[amplitude("preload_per_kelvin", "1/K", Sign::Free, 0.028)],
-        columns: |c, _| {
-            let (block, rail) = (c.run.temperature_block_degc.as_ref()?, c.run.temperature_rail_degc.as_ref()?);
-            let difference = |n: usize| known(block[n] - rail[n]);
-            shown([even(c, |n| c.by_preload_n[n] * difference(n))])
+    forms: &[
+        Form {
+            name: "minimal",
+            shape: &[],
+            amplitudes: &[amplitude("preload_per_k", "1/K", Free, -0.03)],
+            columns: |context, _| difference(context, None).map(|column| vec![column]).and_then(shown),
+            phase_bound: false,
+            equation: "F = preload_per_k·(T_block - T_rail)·dF_law/dlnF_p",
         },
-        phase_bound: false,
-    }],
+        Form {
+            name: "lagged",
+            shape: &[ratio("time_s", "s", 20.0, 1200.0, 5)],
+            amplitudes: &[
+                amplitude("preload_per_k", "1/K", Free, -0.03),
+                amplitude("lagged_preload_per_k", "1/K", Free, -0.03),
+            ],
+            columns: |context, shape| {
+                shown(vec![difference(context, None)?, difference(context, Some(*shape.first()?))?])
+            },
+            phase_bound: false,
+            equation: "as minimal, and the same with the difference lagged by time: sensors are not in the raceway",
+        },
+    ],
     axis: "temperature-difference",
-    statement: "Block and rail differ in temperature, and the fit between them changes the preload.",
-    falsifier: "It must follow the difference of the two temperatures, not either of them, and scale the drag alike at all speeds.",
-    next_experiment: "P8",
+    statement: "the preload follows the temperature difference of block and rail",
+    falsifier: "with block and rail at one temperature, cold or warm, the friction still differs",
+    confused_with: "thinning oil: at speeds on both sides of the friction minimum the oil acts in opposite ways, the preload \
+                    in the same",
+    next_experiment: "P3",
     simplicity: 3,
 };
 
-/// Block temperature above the reference, K.
-fn warm(c: &Context<'_>) -> Option<Vec<f64>> {
-    let t = c.run.temperature_block_degc.as_ref()?;
-    Some(t.iter().map(|t| known(t - REFERENCE_DEGC)).collect())
-}
-
-/// Friction power, W, followed with a time constant; from a block at ambient temperature.
-fn heated(c: &Context<'_>, tau_s: f64) -> Vec<f64> {
-    let force = force(c);
-    let mut power: Vec<f64> = force.iter().zip(&c.motion.velocity_m_s).map(|(f, v)| (f * v).abs()).collect();
-    // heat goes on over the parts: each starts where the last one ended, cooled by what lies between
-    let (mut state, mut before_s) = (0.0, c.run.time_s.first().copied().unwrap_or(0.0));
-    for (power, time_s) in power.iter_mut().zip(&c.run.time_s) {
-        let keep = (-(time_s - before_s).max(0.0) / tau_s).exp();
-        state = *power + (state - *power) * keep;
-        (*power, before_s) = (state, *time_s);
+fn difference(context: &Context<'_>, time_s: Option<f64>) -> Option<Vec<f64>> {
+    let block = filled(context.run.temperature_block_degc.as_ref())?;
+    let rail = filled(context.run.temperature_rail_degc.as_ref())?;
+    let mut kelvin = context.rows(|n| block[n] - rail[n]);
+    if let Some(time_s) = time_s {
+        kelvin = lag(context, &kelvin, time_s);
     }
-    power
-}
-
-fn known(x: f64) -> f64 {
-    if x.is_finite() { x } else { 0.0 }
-}
-
-/// How far the contacts have run dry, 0 to 1: a first-order state that is driven by motion and refilled at rest; a part
-/// starts with a full film.
-pub(super) fn depleted(c: &Context<'_>, tau_s: f64) -> Vec<f64> {
-    let mut all = vec![0.0; c.len()];
-    for part in &c.run.parts {
-        let (mut state, mut before_s) = (0.0, c.run.time_s[part.rows.start]);
-        for n in part.rows.clone() {
-            let target = if c.at_rest[n] { 0.0 } else { 1.0 };
-            state = target + (state - target) * (-(c.run.time_s[n] - before_s) / tau_s).exp();
-            (all[n], before_s) = (state, c.run.time_s[n]);
-        }
-    }
-    all
+    let force = context.by_load_n();
+    Some(context.rows(|n| force[n] * kelvin[n]))
 }

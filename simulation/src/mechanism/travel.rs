@@ -1,62 +1,91 @@
-//! What changes with the way travelled.
+//! What changes with the distance run and does not come back.
 
-use super::column::{even, odd, shown};
-use super::definition::{Definition, Form, Kind, Sign, amplitude, scale};
-use super::{Context, Id};
+use super::context::Context;
+use super::definition::{Columns, Definition, Form, Kind};
+use super::id::Id;
+use super::{Negative, Positive, amplitude, ratio, shown};
 
-/// `F = A e^(-s/s_g)`: decays with travel, not with time.
+/// E12: `F = A exp(-s/s_g)`.
 pub(super) const RUN_IN: Definition = Definition {
     id: Id::RunIn,
     kind: Kind::Physics,
-    forms: &[Form {
-        name: "exponential",
-        shape: &[scale("length_m", "m", 0.5, 500.0, 8)],
-        amplitudes: &[amplitude("at_start_n", "N", Sign::Positive, 2.0)],
-        columns: |c, s| {
-            // a length beside which the way travelled is nothing makes a constant
-            (way(c) > 0.3 * s[0]).then_some(())?;
-            shown([odd(c, |n| (-c.travel_m[n] / s[0]).exp())])
+    forms: &[
+        Form {
+            name: "minimal",
+            shape: &[ratio("length_m", "m", 0.5, 500.0, 7)],
+            amplitudes: &[amplitude("drag_n", "N", Positive, 5.0)],
+            columns: |context, shape| {
+                let decay = decay(context, *shape.first()?)?;
+                shown(vec![context.against_motion(|n| decay[n])])
+            },
+            phase_bound: false,
+            equation: "F = drag·sign(V)·exp(-travel/length)",
         },
-        phase_bound: false,
-    }],
+        Form {
+            name: "with-load",
+            shape: &[ratio("length_m", "m", 0.5, 500.0, 7)],
+            amplitudes: &[amplitude("drag_n", "N", Positive, 5.0), amplitude("part_of_drag", "", Positive, 0.1)],
+            columns: |context, shape| {
+                let decay = decay(context, *shape.first()?)?;
+                let churned = context.against_motion(|n| decay[n]);
+                let load = context.against_motion(|n| context.steady.drag_n[n] * decay[n]);
+                shown(vec![churned, load])
+            },
+            phase_bound: false,
+            equation: "F = sign(V)·(drag + part_of_drag·F_law)·exp(-travel/length)",
+        },
+    ],
     axis: "travel",
-    statement: "Fresh grease or new seals add a drag that wears off with the way travelled.",
-    falsifier: "After a pause it must go on where it stopped; relubrication must bring it back.",
-    next_experiment: "repeat-later",
+    statement: "fresh grease or new seals add a friction that wears off with the distance run",
+    falsifier: "after a pause the friction is back, or it falls by time and not by distance",
+    confused_with: "self-heating, which comes back after a pause; a seal's constant friction, where the run is short",
+    next_experiment: "P8",
     simplicity: 4,
 };
 
-/// `ΔF_p/F_p = -k s`; richer: with a part that ends, `-w (1 - e^(-s/s_1))`.
+/// Lengths over the travel of a run beyond which a decay is a constant, to which a seal's friction is the simpler name.
+const LONGEST: f64 = 2.0;
+
+fn decay(context: &Context<'_>, length: f64) -> Option<Vec<f64>> {
+    let travel = context.travel_m.last()?;
+    (length <= LONGEST * travel).then(|| context.rows(|n| libm::exp(-context.travel_m[n] / length)))
+}
+
+/// E17: `dF_p/F_p` falls with travel.
 pub(super) const PRELOAD_LOSS: Definition = Definition {
     id: Id::PreloadLoss,
     kind: Kind::Physics,
     forms: &[
         Form {
-            name: "linear",
+            name: "minimal",
             shape: &[],
-            amplitudes: &[amplitude("preload_per_metre", "1/m", Sign::Negative, -1e-3)],
-            columns: |c, _| shown([even(c, |n| c.by_preload_n[n] * c.travel_m[n])]),
+            amplitudes: &[amplitude("preload_per_m", "1/m", Negative, -1e-3)],
+            columns: |context, _| worn(context, |s| s),
             phase_bound: false,
+            equation: "F = preload_per_m·travel·dF_law/dlnF_p",
         },
         Form {
-            name: "ends",
-            shape: &[scale("length_m", "m", 2.0, 500.0, 6)],
-            amplitudes: &[amplitude("preload_share", "", Sign::Negative, -0.05)],
-            columns: |c, s| {
-                (way(c) > 0.3 * s[0]).then_some(())?;
-                shown([even(c, |n| c.by_preload_n[n] * (1.0 - (-c.travel_m[n] / s[0]).exp()))])
+            name: "settling",
+            shape: &[ratio("length_m", "m", 0.5, 500.0, 7)],
+            amplitudes: &[amplitude("preload", "", Negative, -0.1)],
+            columns: |context, shape| {
+                let length = *shape.first()?;
+                worn(context, |s| -libm::expm1(-s / length))
             },
             phase_bound: false,
+            equation: "F = preload·(1 - exp(-travel/length))·dF_law/dlnF_p",
         },
     ],
     axis: "travel",
-    statement: "The guide loses preload as it travels: wear, or a fit that settles.",
-    falsifier: "A later recording must start with the lower preload; all load-dependent drag must shrink alike, the seals' not.",
+    statement: "the preload falls with the distance run",
+    falsifier: "stiffness or natural frequency of the block have not fallen with the friction",
+    confused_with: "wear of the seals, which shifts the whole curve, and an oil change, which moves it along the speeds; \
+                    preload loss scales it: a staircase of speeds now and later",
     next_experiment: "P10",
     simplicity: 3,
 };
 
-/// Whole way of the run, m.
-fn way(c: &Context<'_>) -> f64 {
-    c.travel_m.last().copied().unwrap_or(0.0)
+fn worn(context: &Context<'_>, of: impl Fn(f64) -> f64) -> Option<Columns> {
+    let force = context.by_load_n();
+    shown(vec![context.rows(|n| force[n] * of(context.travel_m[n]))])
 }

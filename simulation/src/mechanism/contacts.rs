@@ -1,0 +1,220 @@
+//! Friction inside the loaded contacts that the law's coefficient does not hold.
+
+use super::context::Context;
+use super::definition::{Columns, Definition, Form, Kind};
+use super::id::Id;
+use super::{Free, Positive, amplitude, ratio, shown, steps};
+
+/// E5 to E7: `F ~ Q^(4/3)` to `Q^(5/3)`, hardly separable, hence one exponent.
+pub(super) const HYSTERESIS_AND_SLIP: Definition = Definition {
+    id: Id::HysteresisAndSlip,
+    kind: Kind::Physics,
+    forms: &[
+        Form {
+            name: "minimal",
+            shape: &[],
+            amplitudes: &[amplitude("drag_at_150_n_per_ball_n", "N", Positive, 2.0)],
+            columns: |context, _| load_power(context, 1.5),
+            phase_bound: false,
+            equation: "F = drag·sign(V)·(Q/150 N)^1.5",
+        },
+        Form {
+            name: "exponent",
+            shape: &[steps("exponent", "", 1.3, 1.7, 3)],
+            amplitudes: &[amplitude("drag_at_150_n_per_ball_n", "N", Positive, 2.0)],
+            columns: |context, shape| load_power(context, *shape.first()?),
+            phase_bound: false,
+            equation: "F = drag·sign(V)·(Q/150 N)^exponent",
+        },
+    ],
+    axis: "preload",
+    statement: "the contacts lose energy by elastic hysteresis and differential slip, which rise faster than the load",
+    falsifier: "over preloads of 1:10 the added friction does not rise faster than the preload",
+    confused_with: "Coulomb friction, hydrodynamic rolling and seals, exactly so at one preload: three preloads over 1:10",
+    next_experiment: "P2",
+    simplicity: 5,
+};
+
+fn load_power(context: &Context<'_>, exponent: f64) -> Option<Columns> {
+    if context.steady.load_per_ball_n.is_empty() {
+        return None;
+    }
+    shown(vec![context.against_motion(|n| libm::pow(context.relative_load(n), exponent))])
+}
+
+/// E8, Houpert's form of the rolling resistance: `F ~ (η V)^0.66 Q^0.47`.
+pub(super) const HYDRODYNAMIC_ROLLING: Definition = Definition {
+    id: Id::HydrodynamicRolling,
+    kind: Kind::Physics,
+    forms: &[
+        Form {
+            name: "minimal",
+            shape: &[],
+            amplitudes: &[amplitude("drag_at_reference_n", "N", Positive, 0.5)],
+            columns: |context, _| rolling(context, 0.66),
+            phase_bound: false,
+            equation: "F = drag·sign(V)·(ν/100 cSt · |V|/(0.1 m/s))^0.66·(Q/150 N)^0.47",
+        },
+        Form {
+            name: "exponent",
+            shape: &[steps("speed_exponent", "", 0.5, 0.8, 3)],
+            amplitudes: &[amplitude("drag_at_reference_n", "N", Positive, 0.5)],
+            columns: |context, shape| rolling(context, *shape.first()?),
+            phase_bound: false,
+            equation: "F = drag·sign(V)·(ν/100 cSt · |V|/(0.1 m/s))^speed_exponent·(Q/150 N)^0.47",
+        },
+    ],
+    axis: "velocity",
+    statement: "the oil in the inlet of the contacts resists rolling, by the 2/3 power of speed and viscosity and about \
+                the root of the load",
+    falsifier: "unloading the block takes the rise with speed away in proportion to the load, or leaves all of it",
+    confused_with: "viscous drag and the viscous term of the law: a wide range of speeds, a second preload and a second \
+                    temperature",
+    next_experiment: "P3",
+    simplicity: 6,
+};
+
+fn rolling(context: &Context<'_>, exponent: f64) -> Option<Columns> {
+    let nu = &context.steady.viscosity_cst;
+    if nu.is_empty() || context.steady.load_per_ball_n.is_empty() {
+        return None;
+    }
+    let of = |n: usize| {
+        libm::pow(nu[n] / 100.0 * context.speed_m_s(n) / 0.1, exponent) * libm::pow(context.relative_load(n), 0.47)
+    };
+    shown(vec![context.against_motion(of)])
+}
+
+/// E9: the viscous term bends over, `x -> x_0 asinh(x/x_0)`.
+pub(super) const TRACTION_SATURATION: Definition = Definition {
+    id: Id::TractionSaturation,
+    kind: Kind::Physics,
+    forms: &[Form {
+        name: "minimal",
+        shape: &[ratio("speed_m_s", "m/s", 3e-3, 1.0, 6)],
+        amplitudes: &[amplitude("part", "", Positive, 1.0)],
+        columns: saturation,
+        phase_bound: false,
+        equation: "F = part·sign(V)·F_v·(asinh(x)/x - 1), x = |V|/speed (with ν/100 cSt where ν is known), F_v the law's \
+                   viscous friction",
+    }],
+    axis: "velocity",
+    statement: "the shear stress of the oil film saturates: viscous friction grows with the logarithm of speed",
+    falsifier: "at speeds over two decades the friction rises in proportion to speed after all",
+    confused_with: "viscous drag with an exponent below 1, inlet heating: speeds over two to three decades at two loads",
+    next_experiment: "P1",
+    simplicity: 6,
+};
+
+fn saturation(context: &Context<'_>, shape: &[f64]) -> Option<Columns> {
+    let speed = *shape.first()?;
+    if context.viscous_n.is_empty() {
+        return None;
+    }
+    let of = |n: usize| {
+        let nu = context.steady.viscosity_cst.get(n).map_or(1.0, |nu| nu / 100.0);
+        let x = nu * context.speed_m_s(n) / speed;
+        // asinh(x)/x = 1 - x²/6 + ... without cancellation
+        let less = if x < 1e-3 { -x * x / 6.0 } else { libm::asinh(x) / x - 1.0 };
+        context.viscous_n[n] * less
+    };
+    shown(vec![context.against_motion(of)])
+}
+
+/// Mixed friction: `F ~ Q exp(-(V/V_s)^δ)`, for laws without such a term.
+pub(super) const STRIBECK: Definition = Definition {
+    id: Id::Stribeck,
+    kind: Kind::Physics,
+    forms: &[
+        Form {
+            name: "minimal",
+            shape: &[ratio("speed_m_s", "m/s", 1e-3, 0.3, 7)],
+            amplitudes: &[amplitude("rise_n", "N", Positive, 5.0)],
+            columns: |context, shape| mixed(context, *shape.first()?, 1.0),
+            phase_bound: false,
+            equation: "F = rise·sign(V)·(Q/150 N)·exp(-|V|/speed), without Q where the law knows none",
+        },
+        Form {
+            name: "exponent",
+            shape: &[ratio("speed_m_s", "m/s", 1e-3, 0.3, 6), ratio("exponent", "", 0.5, 2.0, 3)],
+            amplitudes: &[amplitude("rise_n", "N", Positive, 5.0)],
+            columns: |context, shape| mixed(context, *shape.first()?, *shape.get(1)?),
+            phase_bound: false,
+            equation: "F = rise·sign(V)·(Q/150 N)·exp(-(|V|/speed)^exponent)",
+        },
+    ],
+    axis: "velocity",
+    statement: "at low speed the surfaces touch: friction falls with speed until a film carries",
+    falsifier: "a staircase of slow speeds, up and down, shows no fall of friction with speed",
+    confused_with: "noise of the speed channel at low speed: derive speed over a longer window; breakaway: it ends after a \
+                    distance, not at a speed",
+    next_experiment: "P1",
+    simplicity: 3,
+};
+
+fn mixed(context: &Context<'_>, speed: f64, exponent: f64) -> Option<Columns> {
+    if context.has_stribeck {
+        return None;
+    }
+    let of = |n: usize| {
+        let x = context.speed_m_s(n) / speed;
+        let x = if exponent == 1.0 { x } else { libm::pow(x, exponent) };
+        context.relative_load(n) * libm::exp(-x)
+    };
+    shown(vec![context.against_motion(of)])
+}
+
+/// E10: friction grows with the distance run since the film was last replenished.
+pub(super) const STARVATION: Definition = Definition {
+    id: Id::Starvation,
+    kind: Kind::Physics,
+    forms: &[
+        Form {
+            name: "minimal",
+            shape: &[ratio("length_m", "m", 0.5, 200.0, 6)],
+            amplitudes: &[amplitude("growth", "", Positive, 0.1)],
+            columns: |context, shape| starved(context, *shape.first()?, 10.0),
+            phase_bound: false,
+            equation: "F = growth·sign(V)·F_law·g; dg = (1 - g)·ds/length while moving, dg = -g·dt/(10 s) at rest",
+        },
+        Form {
+            name: "recovery",
+            shape: &[ratio("length_m", "m", 0.5, 200.0, 5), ratio("recovery_s", "s", 1.0, 300.0, 4)],
+            amplitudes: &[amplitude("growth", "", Positive, 0.1), amplitude("growth_at_speed", "", Free, 0.1)],
+            columns: |context, shape| {
+                let mut columns = starved(context, *shape.first()?, *shape.get(1)?)?;
+                let fast = |n: usize| {
+                    let v = context.speed_m_s(n) / 0.3;
+                    columns[0][n] * v * v / (1.0 + v * v)
+                };
+                let fast = context.rows(fast);
+                columns.push(fast);
+                Some(columns)
+            },
+            phase_bound: false,
+            equation: "as minimal with recovery at rest, and growth_at_speed times v²/(1+v²), v = |V|/(0.3 m/s)",
+        },
+    ],
+    axis: "travel",
+    statement: "the contacts use up the oil in front of them: friction grows while the block runs and recovers in a rest",
+    falsifier: "after a rest, a long stroke or fresh grease the friction stays where it was",
+    confused_with: "self-heating, which lowers the viscosity: a temperature sensor; run-in, which does not come back after \
+                    a rest",
+    next_experiment: "P8",
+    simplicity: 6,
+};
+
+fn starved(context: &Context<'_>, length: f64, recovery: f64) -> Option<Columns> {
+    let mut dry = 0.0;
+    let state: Vec<f64> = (0..context.len())
+        .map(|n| {
+            if context.at_rest[n] {
+                dry *= libm::exp(-context.step_s(n) / recovery);
+            } else {
+                dry = 1.0 - (1.0 - dry) * libm::exp(-context.path.step_m[n].max(0.0) / length);
+            }
+            dry
+        })
+        .collect();
+    shown(vec![context.against_motion(|n| context.steady.drag_n[n] * state[n])])
+}

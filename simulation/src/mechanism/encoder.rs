@@ -1,0 +1,169 @@
+//! What coupling and encoder do to position and speed.
+
+use super::context::Context;
+use super::definition::{Columns, Definition, Form, Kind};
+use super::id::Id;
+use super::{Free, Positive, amplitude, ratio, shown};
+
+/// S8: inside the gap nothing is transmitted.
+pub(super) const COUPLING_BACKLASH: Definition = Definition {
+    id: Id::CouplingBacklash,
+    kind: Kind::Sensor,
+    forms: &[
+        Form {
+            name: "minimal",
+            shape: &[ratio("gap_m", "m", 1e-6, 1e-3, 16)],
+            amplitudes: &[amplitude("part", "", Positive, 1.0)],
+            columns: |context, shape| play(context, *shape.first()?, 0.0),
+            phase_bound: false,
+            equation: "F = -part·F_law while the travel since the reversal is below gap",
+        },
+        Form {
+            name: "closing",
+            shape: &[ratio("gap_m", "m", 1e-6, 1e-3, 6), ratio("closing_m", "m", 1e-6, 1e-3, 4)],
+            amplitudes: &[amplitude("part", "", Positive, 1.0)],
+            columns: |context, shape| play(context, *shape.first()?, *shape.get(1)?),
+            phase_bound: false,
+            equation: "as minimal, falling to nothing over closing beyond the gap",
+        },
+    ],
+    axis: "reversal-distance",
+    statement: "a coupling or load cell has play: after a reversal no force is transmitted over the gap",
+    falsifier: "right after a reversal the force already rises with displacement",
+    confused_with: "presliding, which is never without stiffness: look for a gap of zero force, constant in micrometres",
+    next_experiment: "P5",
+    simplicity: 4,
+};
+
+fn play(context: &Context<'_>, gap: f64, closing: f64) -> Option<Columns> {
+    let since = &context.path.since_turn_m;
+    let open = |s: f64| {
+        if s < gap {
+            1.0
+        } else if closing > 0.0 {
+            (1.0 - (s - gap) / closing).max(0.0)
+        } else {
+            0.0
+        }
+    };
+    shown(vec![
+        context.rows(|n| if since[n] < gap + closing { -open(since[n]) * context.steady.force_n[n] } else { 0.0 }),
+    ])
+}
+
+/// S9: the law is evaluated at a speed that is not the carriage's.
+pub(super) const SPEED_NOISE: Definition = Definition {
+    id: Id::SpeedNoise,
+    kind: Kind::Sensor,
+    forms: &[Form {
+        name: "minimal",
+        shape: &[],
+        amplitudes: &[
+            amplitude("variance_m2_s2", "m2/s2", Positive, 1e-7),
+            amplitude("wrong_direction", "", Positive, 1.0),
+        ],
+        columns: |context, _| shown(vec![curvature(context), wrong_direction(context)]),
+        phase_bound: false,
+        equation: "F = -variance/2·d²F_law/dV² + wrong_direction·|F_law|·(sign of the travel - sign(V))",
+    }],
+    axis: "velocity",
+    statement: "the speed that the simulation was fed is noisy: at low speed the law is evaluated at the wrong place",
+    falsifier: "with speed fitted to the position over a longer window the mismatch at low speed stays",
+    confused_with: "mixed friction at low speed: derive the speed anew",
+    next_experiment: "P1",
+    simplicity: 5,
+};
+
+/// `-d²F/dV²/2`, from the derivatives by the logarithm of the viscosity: it enters the law with the speed only.
+fn curvature(context: &Context<'_>) -> Vec<f64> {
+    if context.viscosity_curvature_n.is_empty() {
+        return vec![0.0; context.len()];
+    }
+    let of = |n: usize| {
+        let v = context.motion.velocity_m_s[n];
+        // F itself is rounded at 1e-11: at less speed than this the difference is nothing else
+        if context.steady.direction[n] == 0.0 || v.abs() < 1e-4 {
+            return 0.0;
+        }
+        -0.5 * (context.viscosity_curvature_n[n] - context.by_viscosity_n[n]) / (v * v)
+    };
+    context.rows(of)
+}
+
+/// Time around a turn in which speed and path may disagree about the direction, s.
+const AROUND_A_TURN_S: f64 = 0.05;
+
+fn wrong_direction(context: &Context<'_>) -> Vec<f64> {
+    let seen = &context.steady.direction;
+    let time = &context.run.time_s;
+    let turns: Vec<f64> =
+        (1..context.len()).filter(|n| context.direction[*n] != context.direction[n - 1]).map(|n| time[n]).collect();
+    let mut next = 0;
+    let of = |n: usize| {
+        while next < turns.len() && turns[next] < time[n] - AROUND_A_TURN_S {
+            next += 1;
+        }
+        let turning = turns.get(next).is_some_and(|turn| (turn - time[n]).abs() <= AROUND_A_TURN_S);
+        if turning || context.at_rest[n] || seen[n] == 0.0 {
+            return 0.0;
+        }
+        context.steady.drag_n[n] * (context.direction[n] - seen[n])
+    };
+    (0..context.len()).map(of).collect()
+}
+
+/// S11: `V (1 + A cos(2πx/p))`.
+pub(super) const ENCODER_CYCLIC_ERROR: Definition = Definition {
+    id: Id::EncoderCyclicError,
+    kind: Kind::Sensor,
+    forms: &[
+        Form {
+            name: "minimal",
+            shape: &[ratio("period_m", "m", 4e-6, 4e-3, 2000)],
+            amplitudes: &[amplitude("sine", "", Free, 0.02), amplitude("cosine", "", Free, 0.02)],
+            columns: |context, shape| cyclic(context, *shape.first()?, false),
+            phase_bound: true,
+            equation: "F = (sine·sin(kx) + cosine·cos(kx))·dF_law/dlnV, k = 2π/period",
+        },
+        Form {
+            name: "accelerated",
+            shape: &[ratio("period_m", "m", 4e-6, 4e-3, 2000)],
+            amplitudes: &[
+                amplitude("sine", "", Free, 0.02),
+                amplitude("cosine", "", Free, 0.02),
+                amplitude("mass_sine_n", "N", Free, 0.1),
+                amplitude("mass_cosine_n", "N", Free, 0.1),
+            ],
+            columns: |context, shape| cyclic(context, *shape.first()?, true),
+            phase_bound: true,
+            equation: "as minimal, and (V/(0.1 m/s))² times sine and cosine: the ripple's acceleration",
+        },
+    ],
+    axis: "wavelength",
+    statement: "the encoder errs once per signal period, so that the speed that the simulation was fed ripples",
+    falsifier: "a second encoder, or another reading head, shows the same ripple of speed",
+    confused_with: "balls that pass and drive ripple, by their wavelength: an encoder's period is 4 to 40 µm, that of an \
+                    interpolated or magnetic one up to some millimetres",
+    next_experiment: "P4",
+    simplicity: 5,
+};
+
+fn cyclic(context: &Context<'_>, period: f64, accelerated: bool) -> Option<Columns> {
+    if !context.motion.has_position {
+        return None;
+    }
+    let force = if context.steady.viscosity_cst.is_empty() {
+        if context.viscous_n.is_empty() && !accelerated {
+            return None;
+        }
+        context.against_motion(|n| context.viscous_n.get(n).copied().unwrap_or(0.0))
+    } else {
+        context.by_viscosity_n.clone()
+    };
+    let mut columns = context.waves(&force, period, 1);
+    if accelerated {
+        let square = context.rows(|n| (context.speed_m_s(n) / 0.1) * (context.speed_m_s(n) / 0.1));
+        columns.extend(context.waves(&square, period, 1));
+    }
+    shown(columns)
+}

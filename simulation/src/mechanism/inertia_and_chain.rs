@@ -1,0 +1,83 @@
+//! Forces that do not come from the guide: mass, weight, chains.
+
+use super::definition::{Definition, Form, Kind};
+use super::id::Id;
+use super::{Free, Positive, amplitude, shown};
+
+/// E21: `F = M a`.
+pub(super) const INERTIA: Definition = Definition {
+    id: Id::Inertia,
+    kind: Kind::Physics,
+    forms: &[Form {
+        name: "minimal",
+        shape: &[],
+        amplitudes: &[amplitude("mass_kg", "kg", Positive, 10.0)],
+        columns: |context, _| {
+            let a = &context.motion.acceleration_m_s2;
+            a.iter()
+                .any(|a| a.is_finite() && *a != 0.0)
+                .then(|| vec![context.rows(|n| if a[n].is_finite() { a[n] } else { 0.0 })])
+        },
+        phase_bound: false,
+        equation: "F = mass·dV/dt",
+    }],
+    axis: "acceleration",
+    statement: "the drive accelerates a mass that the simulation does not have",
+    falsifier: "a known mass put on the carriage does not add its own kilograms to the number",
+    confused_with: "a delay or a low-pass of the force, which also act where speed changes: they do not grow in proportion \
+                    to the acceleration",
+    next_experiment: "known-mass",
+    simplicity: 1,
+};
+
+/// E22: constant drag of the links, and their weight that the carriage lifts more of as it goes.
+pub(super) const CABLE_CHAIN: Definition = Definition {
+    id: Id::CableChain,
+    kind: Kind::Physics,
+    forms: &[
+        Form {
+            name: "minimal",
+            shape: &[],
+            amplitudes: &[amplitude("drag_n", "N", Positive, 5.0), amplitude("force_per_m_n_m", "N/m", Free, 10.0)],
+            columns: |context, _| {
+                if !context.motion.has_position {
+                    return None;
+                }
+                shown(vec![context.against_motion(|_| 1.0), context.motion.position_m.clone()])
+            },
+            phase_bound: true,
+            equation: "F = drag·sign(V) + force_per_m·x",
+        },
+        Form {
+            name: "bending",
+            shape: &[],
+            amplitudes: &[
+                amplitude("drag_n", "N", Positive, 5.0),
+                amplitude("force_per_m_n_m", "N/m", Free, 10.0),
+                amplitude("force_per_m2_n_m2", "N/m2", Free, 10.0),
+                amplitude("drag_per_m_n_m", "N/m", Free, 5.0),
+            ],
+            columns: |context, _| {
+                if !context.motion.has_position {
+                    return None;
+                }
+                let x = &context.motion.position_m;
+                shown(vec![
+                    context.against_motion(|_| 1.0),
+                    x.clone(),
+                    context.rows(|n| x[n] * x[n]),
+                    context.against_motion(|n| x[n]),
+                ])
+            },
+            phase_bound: true,
+            equation: "F = sign(V)·(drag + drag_per_m·x) + force_per_m·x + force_per_m2·x²",
+        },
+    ],
+    axis: "position",
+    statement: "a cable chain, hose or bellows drags on the carriage and pulls it to one end of the stroke",
+    falsifier: "with the chain disconnected the force is still there",
+    confused_with: "seal drag for its constant part and a rail that is not straight for the other: disconnect it; the rail's \
+                    part changes sign with direction",
+    next_experiment: "disconnect-chain",
+    simplicity: 4,
+};

@@ -1,0 +1,71 @@
+//! Elasticity between the drive and the carriage.
+
+use super::context::Context;
+use super::definition::{Definition, Form, Kind};
+use super::filter::oscillator;
+use super::id::Id;
+use super::{Positive, amplitude, ratio, shown};
+
+/// Rows per period below which an oscillation is not seen.
+const ROWS_PER_PERIOD: f64 = 2.5;
+
+/// E37: the force is that of a mass on a spring.
+pub(super) const STRUCTURAL_RESONANCE: Definition = Definition {
+    id: Id::StructuralResonance,
+    kind: Kind::Physics,
+    forms: &[
+        Form {
+            name: "minimal",
+            shape: &[ratio("frequency_hz", "Hz", 5.0, 300.0, 14), ratio("damping", "", 0.01, 0.3, 3)],
+            amplitudes: &[amplitude("part", "", Positive, 1.0), amplitude("mass_kg", "kg", Positive, 10.0)],
+            columns: |context, shape| {
+                let (frequency, damping) = (*shape.first()?, *shape.get(1)?);
+                shown(vec![
+                    ringing(context, &context.steady.force_n, frequency, damping)?,
+                    ringing(context, &context.motion.acceleration_m_s2, frequency, damping)?,
+                ])
+            },
+            phase_bound: false,
+            equation: "F = part·(y - F_law) + mass·(z - a); y'' + 2dωy' + ω²y = ω²·F_law, z the same of the acceleration a, \
+                       ω = 2π·frequency",
+        },
+        Form {
+            name: "two-modes",
+            shape: &[ratio("frequency_hz", "Hz", 5.0, 150.0, 8), ratio("ratio", "", 1.5, 4.0, 4)],
+            amplitudes: &[
+                amplitude("part", "", Positive, 1.0),
+                amplitude("mass_kg", "kg", Positive, 10.0),
+                amplitude("upper_part", "", Positive, 0.5),
+                amplitude("upper_mass_kg", "kg", Positive, 5.0),
+            ],
+            columns: |context, shape| {
+                let (frequency, ratio) = (*shape.first()?, *shape.get(1)?);
+                let (force, a) = (&context.steady.force_n, &context.motion.acceleration_m_s2);
+                shown(vec![
+                    ringing(context, force, frequency, 0.05)?,
+                    ringing(context, a, frequency, 0.05)?,
+                    ringing(context, force, ratio * frequency, 0.05)?,
+                    ringing(context, a, ratio * frequency, 0.05)?,
+                ])
+            },
+            phase_bound: false,
+            equation: "as minimal with damping 0.05, and a second mode at ratio times the frequency",
+        },
+    ],
+    axis: "frequency",
+    statement: "the structure between drive and carriage is elastic: the force rings at its own frequency after every jerk",
+    falsifier: "at another speed the ringing keeps its length along the rail instead of its frequency",
+    confused_with: "balls that pass and drive ripple, which keep their length; a delay or low-pass of the force: it does not ring",
+    next_experiment: "two-frequencies",
+    simplicity: 6,
+};
+
+/// What an oscillator makes of a column, less the column.
+fn ringing(context: &Context<'_>, input: &[f64], frequency: f64, damping: f64) -> Option<Vec<f64>> {
+    let share_of_period = frequency * context.run.step_s();
+    if share_of_period.is_nan() || share_of_period * ROWS_PER_PERIOD >= 1.0 {
+        return None;
+    }
+    let out = oscillator(context, input, frequency, damping);
+    Some(context.rows(|n| if input[n].is_finite() { out[n] - input[n] } else { 0.0 }))
+}

@@ -1,0 +1,200 @@
+//! Sensor effects against what they do to a known force.
+
+use std::f64::consts::TAU;
+
+use super::*;
+
+/// The law is a column: any force can be put in.
+fn recorded(rows: usize, dt: f64, force: impl Fn(f64) -> f64) -> Run {
+    let time_s: Vec<f64> = (0..rows).map(|n| n as f64 * dt).collect();
+    Run {
+        velocity_m_s: Some(vec![0.1; rows]),
+        drag_force_n: vec![0.0; rows],
+        simulated_force_n: Some(time_s.iter().map(|t| force(*t)).collect()),
+        parts: vec![Part { rows: 0..rows, segment: None, starts: Break::Start }],
+        time_s,
+        ..Run::default()
+    }
+}
+
+fn column(run: &Run, id: Id, form: usize, shape: &[f64]) -> Vec<f64> {
+    let motion = Motion::of(run);
+    let simulation = simulation("");
+    let context = Context::of(&simulation, run, &motion).expect("has its column");
+    let definition = library().iter().find(|definition| definition.id == id).expect("in the library");
+    (definition.forms[form].columns)(&context, shape).expect("shows").remove(0)
+}
+
+/// Amplitude and phase at a frequency, over the last whole periods.
+fn line(column: &[f64], dt: f64, frequency: f64) -> (f64, f64) {
+    let rows = ((10.0 / frequency) / dt).round() as usize;
+    let start = column.len() - rows;
+    let (mut s, mut c) = (0.0, 0.0);
+    for (n, x) in column.iter().enumerate().skip(start) {
+        let angle = TAU * frequency * n as f64 * dt;
+        s += x * angle.sin();
+        c += x * angle.cos();
+    }
+    let scale = 2.0 / rows as f64;
+    ((s * s + c * c).sqrt() * scale, c.atan2(s))
+}
+
+#[test]
+fn a_low_pass_has_the_gain_and_phase_of_its_time_constant() {
+    let (dt, frequency, tau) = (1e-3, 5.0, 0.02);
+    let run = recorded(20_000, dt, |t| 30.0 * (TAU * frequency * t).sin());
+    let force = run.simulated_force_n.as_ref().expect("given");
+    let w = TAU * frequency * tau;
+    for order in [1, 2] {
+        let change = column(&run, Id::ForceLowpass, order - 1, &[tau]);
+        let out: Vec<f64> = change.iter().zip(force).map(|(change, force)| change + force).collect();
+        let (gain, phase) = line(&out, dt, frequency);
+        let expected = 30.0 / (1.0 + w * w).sqrt().powi(order as i32);
+        assert!((gain / expected - 1.0).abs() < 1e-3, "{order}: {gain} {expected}");
+        assert!((phase + order as f64 * w.atan()).abs() < 1e-3, "{order}: {phase}");
+    }
+}
+
+#[test]
+fn a_resonance_has_the_gain_and_phase_of_its_oscillator() {
+    let (dt, frequency) = (1e-3, 20.0);
+    let run = recorded(20_000, dt, |t| 30.0 * (TAU * frequency * t).sin());
+    let force = run.simulated_force_n.as_ref().expect("given");
+    let change = column(&run, Id::StructuralResonance, 0, &[30.0, 0.1]);
+    let out: Vec<f64> = change.iter().zip(force).map(|(change, force)| change + force).collect();
+    let r: f64 = 20.0 / 30.0;
+    let (real, imaginary) = (1.0 - r * r, 2.0 * 0.1 * r);
+    let (gain, phase) = line(&out, dt, frequency);
+    assert!((gain * (real * real + imaginary * imaginary).sqrt() / 30.0 - 1.0).abs() < 3e-3, "{gain}");
+    assert!((phase + imaginary.atan2(real)).abs() < 3e-3, "{phase}");
+}
+
+#[test]
+fn a_resonance_above_the_sampling_is_not_shown() {
+    let run = recorded(2000, 0.01, |t| (TAU * t).sin());
+    let motion = Motion::of(&run);
+    let simulation = simulation("");
+    let context = Context::of(&simulation, &run, &motion).expect("has its column");
+    let form = &library().iter().find(|d| d.id == Id::StructuralResonance).expect("in the library").forms[0];
+    assert!((form.columns)(&context, &[60.0, 0.1]).is_none());
+    assert!((form.columns)(&context, &[10.0, 0.1]).is_some());
+}
+
+#[test]
+fn a_delay_is_a_delay_and_its_small_form_its_slope() {
+    let of = |t: f64| 20.0 + 5.0 * (3.0 * t).sin();
+    let run = recorded(10_000, 1e-3, of);
+    let exact = column(&run, Id::TimeMisalignment, 1, &[0.0123]);
+    let small = column(&run, Id::TimeMisalignment, 0, &[]);
+    for n in (100..9900).step_by(37) {
+        let t = run.time_s[n];
+        assert!((exact[n] - (of(t - 0.0123) - of(t))).abs() < 1e-4, "{n}");
+        assert!((small[n] + 15.0 * (3.0 * t).cos()).abs() < 1e-3, "{n}");
+    }
+    let early = column(&run, Id::TimeMisalignment, 1, &[-0.0123]);
+    assert!((early[5000] - (of(5.0123) - of(5.0))).abs() < 1e-4);
+}
+
+#[test]
+fn the_force_channel_ends_counts_scales_and_drifts() {
+    let of = |t: f64| 50.0 * t.sin();
+    let run = recorded(7000, 1e-3, of);
+    let limit = column(&run, Id::ForceSaturation, 0, &[40.0]);
+    let step = column(&run, Id::ForceQuantisation, 1, &[4.0]);
+    let gain = column(&run, Id::ForceGain, 0, &[]);
+    let drift = column(&run, Id::ForceDrift, 0, &[]);
+    for n in (1..7000).step_by(13) {
+        let (t, force) = (run.time_s[n], of(run.time_s[n]));
+        assert!((force + limit[n] - force.clamp(-40.0, 40.0)).abs() < 1e-12);
+        assert!(((force + step[n]) / 4.0).fract().abs() < 1e-9 && step[n].abs() <= 2.0, "{n}");
+        assert_eq!(gain[n], force);
+        assert!((drift[n] - t).abs() < 1e-9);
+    }
+    let motion = Motion::of(&run);
+    let simulation = simulation("");
+    let context = Context::of(&simulation, &run, &motion).expect("has its column");
+    let form = &library().iter().find(|d| d.id == Id::ForceSaturation).expect("in the library").forms[0];
+    assert!((form.columns)(&context, &[60.0]).is_none(), "a limit that nothing exceeds");
+}
+
+#[test]
+fn play_takes_the_force_away_over_its_gap_after_a_reversal_only() {
+    let run = rich(120_000);
+    let motion = Motion::of(&run);
+    let simulation = &simulations()[1];
+    let context = Context::of(simulation, &run, &motion).expect("complete");
+    let form = &library().iter().find(|d| d.id == Id::CouplingBacklash).expect("in the library").forms[0];
+    let column = (form.columns)(&context, &[3e-4]).expect("turns").remove(0);
+    let (mut open, mut first) = (0, true);
+    for (n, x) in column.iter().enumerate() {
+        assert!(*x == 0.0 || (*x + context.steady.force_n[n]).abs() < 1e-12);
+        open += usize::from(*x != 0.0);
+        first &= context.direction[n] == context.direction[0];
+        assert!(!first || *x == 0.0, "{n}: before the first reversal");
+    }
+    assert!(open > 100, "{open}");
+}
+
+#[test]
+fn noise_of_the_speed_bends_the_law_as_its_second_derivative_says() {
+    let run = rich(12_000);
+    let motion = Motion::of(&run);
+    let simulation = &simulations()[0];
+    let context = Context::of(simulation, &run, &motion).expect("complete");
+    let form = &library().iter().find(|d| d.id == Id::SpeedNoise).expect("in the library").forms[0];
+    let columns = (form.columns)(&context, &[]).expect("curved");
+    let (delta, mut worst) = (1e-4, 0.0f64);
+    let shifted = |by: f64| {
+        let mut other = motion.clone();
+        for v in &mut other.velocity_m_s {
+            *v += by * v.signum();
+        }
+        simulation.steady(&crate::law::Factors::default(), &run, &other).expect("complete").force_n
+    };
+    let (up, down) = (shifted(delta), shifted(-delta));
+    for n in (0..run.len()).filter(|n| motion.velocity_m_s[*n].abs() > 5e-3) {
+        let bend = (up[n] - 2.0 * context.steady.force_n[n] + down[n]) / (delta * delta);
+        worst = worst.max((columns[0][n] + 0.5 * bend).abs() / (1.0 + bend.abs()));
+        assert_eq!(columns[1][n], 0.0, "the measured speed has the right sign");
+    }
+    assert!(worst < 0.02, "{worst}");
+}
+
+#[test]
+fn the_step_of_a_channel_is_read_from_its_values() {
+    let of = |t: f64| 50.0 * t.sin();
+    let mut run = recorded(7000, 1e-3, of);
+    // counts of 0.305 N from 0.11 N on, written with three decimals
+    run.drag_force_n =
+        run.time_s.iter().map(|t| (((of(*t) / 0.305).round() * 0.305 + 0.11) * 1e3).round() / 1e3).collect();
+    let error = column(&run, Id::ForceQuantisation, 0, &[1e-7]);
+    for n in (0..7000).step_by(7) {
+        let counted = of(run.time_s[n]) + error[n];
+        let k = (counted - 0.11) / 0.305;
+        assert!((k - k.round()).abs() < 0.01 && error[n].abs() < 0.16, "{n}: {counted}");
+    }
+    // with noise of a fifth of a step, against the mean over many draws
+    let noisy = column(&run, Id::ForceQuantisation, 0, &[0.2]);
+    let draws: Vec<f64> = (0..4000).map(|k| normal_quantile((f64::from(k) + 0.5) / 4000.0) * 0.2 * 0.305).collect();
+    for n in (0..7000).step_by(701) {
+        let force = of(run.time_s[n]);
+        let mean = draws.iter().map(|e| ((force + e - 0.11) / 0.305).round() * 0.305 + 0.11).sum::<f64>() / 4000.0;
+        assert!((force + noisy[n] - mean).abs() < 2e-3, "{n}: {} {mean}", force + noisy[n]);
+    }
+    run.drag_force_n = run.time_s.iter().map(|t| of(*t)).collect();
+    let motion = Motion::of(&run);
+    let simulation = simulation("");
+    let context = Context::of(&simulation, &run, &motion).expect("has its column");
+    let form = &library().iter().find(|d| d.id == Id::ForceQuantisation).expect("in the library").forms[0];
+    assert!((form.columns)(&context, &[0.1]).is_none(), "values that do not repeat have no step");
+}
+
+/// Where the normal distribution reaches a probability, by bisection.
+fn normal_quantile(p: f64) -> f64 {
+    let (mut low, mut high) = (-8.0, 8.0);
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        if 0.5 * libm::erfc(-middle / std::f64::consts::SQRT_2) < p { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
