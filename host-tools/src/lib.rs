@@ -18,6 +18,7 @@ pub mod calculator;
 pub mod calibrate;
 pub mod candump;
 pub mod decode;
+pub mod diagnosed;
 #[cfg(feature = "emulator")]
 pub mod emulated;
 pub mod estimate;

@@ -29,6 +29,7 @@ enum Command {
     Drag(cmd::drag::Arguments),
     Estimate(cmd::estimate::Arguments),
     Calibrate(cmd::calibrate::Arguments),
+    Diagnose(cmd::diagnose::Arguments),
     Simulate(Box<cmd::simulate::Arguments>),
     Paper(cmd::paper::Arguments),
     #[cfg(feature = "emulator")]
@@ -46,6 +47,7 @@ fn main() -> ExitCode {
         Command::Drag(arguments) => cmd::drag::run(&arguments),
         Command::Estimate(arguments) => cmd::estimate::run(&arguments),
         Command::Calibrate(arguments) => cmd::calibrate::run(&arguments),
+        Command::Diagnose(arguments) => cmd::diagnose::run(arguments),
         Command::Simulate(arguments) => cmd::simulate::run(&arguments),
         Command::Paper(arguments) => cmd::paper::run(arguments),
         #[cfg(feature = "emulator")]

@@ -7,6 +7,7 @@ pub(crate) mod dbc;
 pub(crate) mod decode;
 #[cfg(feature = "emulator")]
 pub(crate) mod demo;
+pub(crate) mod diagnose;
 pub(crate) mod drag;
 pub(crate) mod estimate;
 pub(crate) mod paper;
@@ -32,7 +33,6 @@ use host_tools::report;
 #[derive(Debug)]
 pub(crate) enum Failure {
     /// A check that the command makes did not hold; what it was has been printed.
-    #[cfg_attr(not(feature = "emulator"), expect(dead_code, reason = "only the demo checks something"))]
     Check,
     /// Wrong arguments, a file that is not there.
     Usage(String),

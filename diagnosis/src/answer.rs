@@ -1,0 +1,165 @@
+//! The diagnosis and the augmented simulation, written down from what was found.
+
+use simulation::Simulation;
+
+use crate::bench::{Member, added};
+use crate::equivalents;
+use crate::export;
+use crate::finding::{comes_and_goes, finding};
+use crate::nominal::Nominal;
+use crate::open_set;
+use crate::passes::Found;
+use crate::region::region;
+use crate::report::{DataQuality, Diagnosis, Finding, NextExperiment, Region, SCHEMA, Unexplained, Verdict};
+use crate::rest::{power, shares};
+use crate::scores::Proof;
+use crate::side::Side;
+
+/// p-value below which a rest counts as unsteady: an approximation is trusted no further than this far out.
+const UNSTEADY: f64 = 1e-12;
+
+/// Share of the mismatch that an unsteady rest must have.
+const UNSTEADY_SHARE: f64 = 0.15;
+
+/// How the squared mismatch that calibration leaves is shared out.
+struct Balance {
+    noise_n: f64,
+    /// RMS of what nothing explains, N.
+    unexplained_n: f64,
+    unexplained: f64,
+    unsteady: Option<f64>,
+}
+
+impl Balance {
+    /// What comes and goes no curve follows: it is in the noise until it is told from it.
+    fn of(found: &Found<'_>, proof: &Proof) -> Self {
+        let rows = &found.bench.rows;
+        let (before, after) = (power(rows, &proof.own.calibrated), power(rows, &proof.own.after));
+        let unsteady = open_set::unsteady(&found.bench.rest(&found.fit), &rows.groups);
+        let noise = found.noise_n * found.noise_n;
+        let coherent = unsteady.share * noise;
+        let is_unsteady = unsteady.p < UNSTEADY && coherent > UNSTEADY_SHARE * (before - noise + coherent);
+        let noise = if is_unsteady { noise - coherent } else { noise };
+        let mismatch = (before - noise).max(1e-3 * before);
+        let coming = if is_unsteady { (coherent / mismatch).min(1.0) } else { 0.0 };
+        let left = if found.members.is_empty() { 1.0 } else { ((after - noise) / mismatch).clamp(0.0, 1.0) };
+        Balance {
+            noise_n: noise.sqrt(),
+            unexplained_n: (after - noise).max(0.0).sqrt(),
+            unexplained: (left - coming).max(0.0),
+            unsteady: is_unsteady.then_some(coming),
+        }
+    }
+}
+
+/// Writes both.
+pub(crate) fn write(
+    nominal: &Nominal,
+    side: &Side<'_>,
+    training: &[bool],
+    found: &Found<'_>,
+    proof: Proof,
+    quality: &mut DataQuality,
+) -> Result<(Diagnosis, Simulation), String> {
+    let balance = Balance::of(found, &proof);
+    let amplitudes = found.amplitudes();
+    let forces: Vec<Vec<f64>> = found
+        .members
+        .iter()
+        .zip(&amplitudes)
+        .map(|(member, amplitudes)| {
+            let raw = found.bench.raw(&member.candidate.source).unwrap_or_default();
+            let length = raw.first().map_or(0, Vec::len);
+            (0..length).map(|n| raw.iter().zip(amplitudes).map(|(column, x)| column[n] * x).sum()).collect()
+        })
+        .collect();
+    let explained = 1.0 - balance.unexplained - balance.unsteady.unwrap_or(0.0);
+    let shares = shares(&found.bench.rows, &found.bench.tangent, &forces, explained);
+    let variances = found.fit.variances();
+    let mut findings: Vec<(Finding, Option<Region>)> = found
+        .members
+        .iter()
+        .enumerate()
+        .map(|(at, member)| {
+            let mut finding = finding(nominal, found, &variances, at, &amplitudes[at], shares[at]);
+            finding.carried_over = proof.carried[at];
+            let region = region(side, training, &member.candidate.source, &forces[at], shares[at], &finding.id);
+            (finding, region)
+        })
+        .collect();
+    if let Some(share) = balance.unsteady {
+        findings.push((comes_and_goes(share), None));
+    }
+    findings.sort_by(|a, b| b.0.share_of_mismatch.total_cmp(&a.0.share_of_mismatch));
+    let (mechanisms, regions): (Vec<Finding>, Vec<Option<Region>>) = findings.into_iter().unzip();
+    let augmented = augmented(nominal, &found.with_shifts, &found.members, &amplitudes, &mut quality.warnings);
+    let signature = if mechanisms.is_empty() { "nothing beyond the noise" } else { "the rest is noise-like" };
+    let diagnosis = Diagnosis {
+        schema: SCHEMA,
+        verdict: verdict(&mechanisms, balance.unexplained),
+        p_no_mismatch: found.p_no_mismatch,
+        noise_floor_n: balance.noise_n,
+        holdout: proof.holdout,
+        regions: regions.into_iter().flatten().collect(),
+        unexplained: Unexplained {
+            rmse_n: balance.unexplained_n,
+            share_of_mismatch: balance.unexplained,
+            signature: signature.to_owned(),
+        },
+        next_experiment: next_experiment(&mechanisms),
+        mechanisms,
+        data_quality: std::mem::take(quality),
+    };
+    Ok((diagnosis, augmented))
+}
+
+fn verdict(mechanisms: &[Finding], unexplained: f64) -> Verdict {
+    let unknown: f64 = mechanisms.iter().filter(|f| f.kind == "unknown").map(|f| f.share_of_mismatch).sum();
+    if mechanisms.is_empty() {
+        Verdict::Match
+    } else if unknown > 0.5 {
+        Verdict::Unexplained
+    } else if mechanisms.iter().any(|f| !f.equivalents.is_empty()) {
+        Verdict::Ambiguous
+    } else if unknown > 0.0 && unexplained + unknown > 0.5 {
+        Verdict::Unexplained
+    } else {
+        Verdict::Explained
+    }
+}
+
+fn next_experiment(mechanisms: &[Finding]) -> Option<NextExperiment> {
+    let open = mechanisms.iter().find(|f| !f.equivalents.is_empty());
+    let code = match open {
+        Some(finding) => {
+            let mut ids = finding.equivalents.clone();
+            ids.insert(0, finding.id.clone());
+            equivalents::advice(&ids)?
+        }
+        None if mechanisms.iter().any(|f| f.kind == "unknown") => "repeat-later",
+        None => return None,
+    };
+    Some(NextExperiment { code: code.to_owned(), text: equivalents::text(code).to_owned() })
+}
+
+/// The simulation with what was found; what a file cannot hold is said in the warnings.
+fn augmented(
+    nominal: &Nominal,
+    values: &[f64],
+    members: &[Member],
+    amplitudes: &[Vec<f64>],
+    warnings: &mut Vec<String>,
+) -> Simulation {
+    let complete = nominal.completed(values);
+    let mut simulation = match export::calibrated(&complete, &nominal.factors(values)) {
+        Ok(calibrated) => calibrated,
+        Err(why) => {
+            warnings.push(format!("the augmented simulation keeps the given parameters: {why}"));
+            complete
+        }
+    };
+    for (member, amplitudes) in members.iter().zip(amplitudes) {
+        simulation.mechanisms.extend(added(&member.candidate.source, amplitudes));
+    }
+    simulation
+}

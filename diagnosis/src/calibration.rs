@@ -1,0 +1,143 @@
+//! How far calibration may move the law's own numbers, and where it has moved them.
+
+use simulation::Simulation;
+
+use crate::bench::{Bench, Member, Source};
+use crate::nominal::Nominal;
+use crate::rest::saturated;
+use crate::rows::Rows;
+use crate::side::Side;
+use crate::story::Curve;
+
+/// Most steps of Gauss and Newton.
+const MOST_STEPS: usize = 6;
+
+/// Steps after which the noise is learnt anew.
+const LEARNT: usize = 2;
+
+/// Relative step that ends calibration.
+const ENOUGH: f64 = 2e-3;
+
+/// The law alone, moved as far as its tolerance allows; everything else is linear around that point. Learns the noise
+/// on the way. Columns of mechanisms depend on the law, so that what follows from the runs is made anew where the
+/// simulation left numbers out.
+pub(crate) fn calibrate<'a>(
+    simulation: &Simulation,
+    nominal: &Nominal,
+    mut side: Side<'a>,
+    rows: &mut Rows,
+    training: &[bool],
+) -> Result<(Vec<f64>, Side<'a>), String> {
+    let mut values = nominal.start();
+    for step in 0..MOST_STEPS {
+        let mismatch = side.residual(nominal, &values)?;
+        let tangent = side.tangent(nominal, &values)?;
+        if step < LEARNT {
+            let curves = Curve::all(&side.contexts, training);
+            rows.learn(&saturated(rows, &side.contexts, &mismatch, &tangent, &curves, &[]));
+        }
+        let bench = Bench::new(rows.clone(), &[], training.to_vec(), &mismatch, tangent, prior(nominal, &values));
+        let fit = bench.fit(&bench.law());
+        let next = tolerated(nominal, moved(nominal, &values, &fit.values));
+        let way = next.iter().zip(&values).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        values = next;
+        if step == 0 && nominal.is_incomplete() {
+            side = side.again(simulation, nominal, &values)?;
+        }
+        if step + 1 >= LEARNT && way < ENOUGH {
+            break;
+        }
+    }
+    if nominal.is_incomplete() {
+        side = side.again(simulation, nominal, &values)?;
+    }
+    Ok((values, side))
+}
+
+/// Values of a law that holds its tolerance for a guess: where the search starts if calibration ran into a limit.
+pub(crate) fn unbound(
+    nominal: &Nominal,
+    side: &Side<'_>,
+    rows: &Rows,
+    training: &[bool],
+    values: &[f64],
+) -> Result<Vec<f64>, String> {
+    let at_limit = |(value, parameter): (&f64, &crate::nominal::Parameter)| {
+        parameter.sigma.is_some_and(|sigma| value.abs() >= 2.999 * sigma)
+    };
+    let mut values = values.to_vec();
+    if !values.iter().zip(&nominal.parameters).any(at_limit) {
+        return Ok(values);
+    }
+    for _ in 0..MOST_STEPS {
+        let mismatch = side.residual(nominal, &values)?;
+        let tangent = side.tangent(nominal, &values)?;
+        let guess = prior(nominal, &values).into_iter().map(|(a, b)| (a / GUESS, b / GUESS)).collect();
+        let bench = Bench::new(rows.clone(), &[], training.to_vec(), &mismatch, tangent, guess);
+        let next = moved(nominal, &values, &bench.fit(&bench.law()).values);
+        let way = next.iter().zip(&values).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        values = next;
+        if way < ENOUGH {
+            break;
+        }
+    }
+    Ok(values)
+}
+
+/// Variance of a guess, of that of the tolerance.
+const GUESS: f64 = 1e4;
+
+/// Precision and pull of every parameter, at values that it has already been moved to.
+pub(crate) fn prior(nominal: &Nominal, values: &[f64]) -> Vec<(f64, f64)> {
+    nominal
+        .parameters
+        .iter()
+        .zip(values)
+        .map(|(parameter, value)| match parameter.sigma {
+            Some(sigma) => {
+                let precision = 1.0 / (sigma * sigma);
+                (precision, -value * precision)
+            }
+            None => (0.0, 0.0),
+        })
+        .collect()
+}
+
+/// Factors stay positive on the way of Gauss and Newton.
+const SMALLEST_FACTOR: f64 = 0.8;
+const LARGEST_FACTOR: f64 = 4.0;
+
+/// Values within three standard deviations: what calibration alone may do.
+pub(crate) fn tolerated(nominal: &Nominal, mut values: Vec<f64>) -> Vec<f64> {
+    for (value, parameter) in values.iter_mut().zip(&nominal.parameters) {
+        if let Some(sigma) = parameter.sigma {
+            *value = value.clamp(-3.0 * sigma, 3.0 * sigma);
+        }
+    }
+    values
+}
+
+/// Values after a step.
+pub(crate) fn moved(nominal: &Nominal, values: &[f64], step: &[f64]) -> Vec<f64> {
+    nominal
+        .parameters
+        .iter()
+        .zip(values.iter().zip(step))
+        .map(|(parameter, (value, step))| match parameter.sigma {
+            Some(_) => (value + step).clamp(-SMALLEST_FACTOR, LARGEST_FACTOR),
+            None => value + step,
+        })
+        .collect()
+}
+
+/// Values with the parameter shifts that were found.
+pub(crate) fn shifted(nominal: &Nominal, values: &[f64], members: &[Member], amplitudes: &[Vec<f64>]) -> Vec<f64> {
+    let mut values = values.to_vec();
+    for (member, amplitudes) in members.iter().zip(amplitudes) {
+        if let Source::Shift { parameter } = member.candidate.source {
+            values[parameter] += amplitudes[0];
+        }
+    }
+    debug_assert_eq!(values.len(), nominal.parameters.len());
+    values
+}

@@ -1,0 +1,204 @@
+//! What a column of simulated force tells of its own law.
+//!
+//! A program that is known by its column alone had a viscosity and a preload, and both were assumed to within a
+//! tolerance. Friction by lubricated contacts depends on viscosity `η`, speed `V` and preload `Q` through the Hersey
+//! number `η V / p`, with Hertz's `p ~ Q^(1/3)`, and is otherwise proportional to the load:
+//!
+//! ```text
+//! dF/d ln η = dF/d ln V
+//! dF/d ln Q = F - (1/3) dF/d ln V
+//! ```
+//!
+//! The curve over speed is that of the column itself, taken within one part of the profile, where the preload stays. What
+//! in a cell of speed goes with the acceleration is the inertia that the program has; neither gain moves it.
+
+use std::ops::Range;
+
+use simulation::run::Run;
+
+/// Width of a cell of speed, in ln V.
+const CELL: f64 = 0.05;
+
+/// Cells to either side that a slope comes from.
+const REACH: usize = 4;
+
+/// Share of what scatters within the cells of speed that must go with the acceleration to be an inertia.
+const IS_INERTIA: f64 = 0.5;
+
+/// Relative changes of what the program assumed.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Changes {
+    pub(crate) friction: f64,
+    pub(crate) preload: f64,
+    pub(crate) viscosity: f64,
+}
+
+/// Force of the program, N, had it assumed other numbers.
+pub(crate) fn changed(
+    run: &Run,
+    force: &[f64],
+    (velocity, acceleration, direction): (&[f64], &[f64], &[f64]),
+    changes: &Changes,
+) -> Vec<f64> {
+    let parts: Vec<Part> =
+        profile_parts(run).into_iter().map(|rows| Part::of(rows, velocity, force, direction)).collect();
+    let mass = inertia(&parts, (velocity, acceleration, direction), force);
+    let preload = if run.preload_n.is_some() { changes.preload } else { 0.0 };
+    let gain = (1.0 + changes.friction) * (1.0 + preload);
+    let shift = (1.0 + changes.viscosity).max(0.05).ln() - (1.0 + preload).max(0.05).ln() / 3.0;
+    let mut out: Vec<f64> = force.to_vec();
+    for part in &parts {
+        let curve = Curve::of(part, |n| direction[n] * (force[n] - mass * acceleration[n]), velocity);
+        for (n, cell) in part.sorted.iter().zip(part.cell_of()) {
+            let inertia = mass * acceleration[*n];
+            let moved = direction[*n] * curve.step(cell, velocity[*n].abs().ln(), shift);
+            out[*n] = inertia + gain * (force[*n] - inertia + moved);
+        }
+    }
+    out
+}
+
+/// Rows of a part, sorted by speed and gathered in cells of it.
+struct Part {
+    sorted: Vec<usize>,
+    /// First entry of `sorted` of every cell, and its end.
+    bounds: Vec<usize>,
+}
+
+impl Part {
+    fn of(rows: Range<usize>, velocity: &[f64], force: &[f64], direction: &[f64]) -> Self {
+        let told = |n: usize| direction[n] != 0.0 && velocity[n] != 0.0 && force[n].is_finite();
+        let mut keyed: Vec<(i32, usize)> =
+            rows.filter(|n| told(*n)).map(|n| ((velocity[n].abs().ln() / CELL).floor() as i32, n)).collect();
+        keyed.sort_unstable();
+        let mut bounds: Vec<usize> =
+            (0..keyed.len()).filter(|at| *at == 0 || keyed[*at].0 != keyed[at - 1].0).collect();
+        bounds.push(keyed.len());
+        Part { sorted: keyed.into_iter().map(|(_, n)| n).collect(), bounds }
+    }
+
+    fn cells(&self) -> impl Iterator<Item = &[usize]> {
+        self.bounds.windows(2).map(|pair| &self.sorted[pair[0]..pair[1]])
+    }
+
+    /// Cell of every entry of `sorted`.
+    fn cell_of(&self) -> impl Iterator<Item = usize> {
+        self.bounds.windows(2).enumerate().flat_map(|(cell, pair)| std::iter::repeat_n(cell, pair[1] - pair[0]))
+    }
+}
+
+/// Mass whose inertia the column holds, kg.
+fn inertia(parts: &[Part], (_, acceleration, direction): (&[f64], &[f64], &[f64]), force: &[f64]) -> f64 {
+    let (mut aa, mut ay, mut yy) = (0.0, 0.0, 0.0);
+    for cell in parts.iter().flat_map(Part::cells) {
+        let count = cell.len() as f64;
+        let mean = |of: &dyn Fn(usize) -> f64| cell.iter().map(|n| of(*n)).sum::<f64>() / count;
+        let (a, y) = (|n: usize| direction[n] * acceleration[n], |n: usize| direction[n] * force[n]);
+        let (a0, y0) = (mean(&a), mean(&y));
+        for n in cell {
+            let (a, y) = (a(*n) - a0, y(*n) - y0);
+            (aa, ay, yy) = (aa + a * a, ay + a * y, yy + y * y);
+        }
+    }
+    if aa > 0.0 && ay * ay > IS_INERTIA * aa * yy { ay / aa } else { 0.0 }
+}
+
+/// Friction over ln V, cell by cell.
+struct Curve {
+    points: Vec<(f64, f64)>,
+    slopes: Vec<f64>,
+}
+
+impl Curve {
+    fn of(part: &Part, friction: impl Fn(usize) -> f64, velocity: &[f64]) -> Self {
+        let points: Vec<(f64, f64)> = part
+            .cells()
+            .map(|cell| {
+                let count = cell.len() as f64;
+                let x = cell.iter().map(|n| velocity[*n].abs().ln()).sum::<f64>() / count;
+                (x, cell.iter().map(|n| friction(*n)).sum::<f64>() / count)
+            })
+            .collect();
+        let slopes = (0..points.len()).map(|at| slope(&points, at)).collect();
+        Curve { points, slopes }
+    }
+
+    /// Change over a step of ln V from a place in a cell.
+    fn step(&self, cell: usize, x: f64, step: f64) -> f64 {
+        let mut there = cell;
+        let target = x + step;
+        while there + 1 < self.points.len() && self.points[there + 1].0 < target {
+            there += 1;
+        }
+        while there > 0 && self.points[there].0 > target {
+            there -= 1;
+        }
+        // the mean of both ends' slopes is exact for a parabola
+        0.5 * (self.slopes[cell] + self.slopes[there]) * step
+    }
+}
+
+/// Slope of the parabola through the cells around one of them.
+fn slope(points: &[(f64, f64)], at: usize) -> f64 {
+    let around = &points[at.saturating_sub(REACH)..(at + REACH + 1).min(points.len())];
+    let (x0, y0) = points[at];
+    let (mut s, mut m) = ([0.0; 5], [0.0; 3]);
+    for (x, y) in around {
+        let (x, y) = (x - x0, y - y0);
+        for (k, power) in [1.0, x, x * x, x * x * x, x * x * x * x].into_iter().enumerate() {
+            s[k] += power;
+        }
+        m = [m[0] + y, m[1] + x * y, m[2] + x * x * y];
+    }
+    let c = [s[2] * s[4] - s[3] * s[3], s[1] * s[4] - s[2] * s[3], s[1] * s[3] - s[2] * s[2]];
+    let determinant = s[0] * c[0] - s[1] * c[1] + s[2] * c[2];
+    if around.len() > 4 && determinant > 1e-12 {
+        let d = [s[0] * s[4] - s[2] * s[2], s[0] * s[3] - s[1] * s[2]];
+        return (-c[1] * m[0] + d[0] * m[1] - d[1] * m[2]) / determinant;
+    }
+    let line = s[0] * s[2] - s[1] * s[1];
+    if line > 1e-12 { (s[0] * m[1] - s[1] * m[0]) / line } else { 0.0 }
+}
+
+/// Rows of every part of the profile: parts that only a gap separates belong together.
+pub(crate) fn profile_parts(run: &Run) -> Vec<Range<usize>> {
+    let mut parts: Vec<(Option<i64>, Range<usize>)> = Vec::new();
+    for part in &run.parts {
+        match parts.last_mut() {
+            Some((last, range)) if *last == part.segment => range.end = part.rows.end,
+            _ => parts.push((part.segment, part.rows.clone())),
+        }
+    }
+    parts.into_iter().map(|(_, rows)| rows).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use simulation::run::{Break, Part};
+
+    #[test]
+    fn gains_move_the_friction_and_not_the_inertia() {
+        let rows = 4000;
+        let velocity: Vec<f64> = (0..rows).map(|n| 0.3 * (n as f64 * 0.01).sin()).collect();
+        let law = |v: f64| v.signum() * (3.0 + 5.0 * v.abs() + 2.0 * (-v.abs() / 0.02).exp());
+        let force: Vec<f64> = velocity.iter().map(|v| law(*v)).collect();
+        let direction: Vec<f64> = velocity.iter().map(|v| if v.abs() < 1e-3 { 0.0 } else { v.signum() }).collect();
+        let run = Run {
+            time_s: (0..rows).map(|n| n as f64 * 0.01).collect(),
+            drag_force_n: force.clone(),
+            parts: vec![Part { rows: 0..rows, segment: None, starts: Break::Start }],
+            ..Run::default()
+        };
+        let acceleration: Vec<f64> = (0..rows).map(|n| ((n * 7919) % 101) as f64 * 0.01 - 0.5).collect();
+        let heavy: Vec<f64> = force.iter().zip(&acceleration).map(|(f, a)| f + 20.0 * a).collect();
+        let changes = Changes { friction: 0.1, preload: 0.0, viscosity: 0.1 };
+        let told = changed(&run, &heavy, (&velocity, &acceleration, &direction), &changes);
+        for n in (0..rows).filter(|n| velocity[*n].abs() > 0.01) {
+            let v = velocity[n].abs();
+            let exact = velocity[n].signum() * 1.1 * (3.0 + 5.5 * v + 2.0 * (-1.1 * v / 0.02).exp());
+            let found = told[n] - 20.0 * acceleration[n];
+            assert!((found - exact).abs() < 0.02, "{v}: {found} for {exact}");
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! From runs to a diagnosis.
+
+use simulation::Simulation;
+use simulation::motion::Motion;
+use simulation::run::Run;
+
+use crate::answer;
+use crate::calibration::{calibrate, unbound};
+use crate::nominal::Nominal;
+use crate::passes;
+use crate::proof::Split;
+use crate::report::{DataQuality, Diagnosis, Holdout, SCHEMA, Unexplained, Verdict};
+use crate::resolution::coarsest;
+use crate::rows::Rows;
+use crate::sanity;
+use crate::scores;
+use crate::side::{Side, smoothed};
+
+/// How to diagnose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Options {
+    /// Seed of the bootstrap.
+    pub seed: u64,
+}
+
+/// A diagnosis, and the simulation that knows what it found.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// What was found.
+    pub diagnosis: Diagnosis,
+    /// The simulation with its parameters calibrated and the named causes added; `None` where there was nothing to
+    /// compare.
+    pub augmented: Option<Simulation>,
+}
+
+/// Holds runs against a simulation. `holdout` is only ever scored, after the search is over; without it a part of the
+/// runs is set aside.
+pub fn diagnose(runs: &[Run], holdout: &[Run], simulation: &Simulation, options: &Options) -> Outcome {
+    let mut quality = DataQuality::default();
+    match attempt(runs, holdout, simulation, options, &mut quality) {
+        Ok(outcome) => outcome,
+        Err(reason) => {
+            if quality.samples == 0 {
+                quality.samples = runs.iter().map(Run::len).sum();
+            }
+            quality.warnings.push(reason);
+            Outcome { diagnosis: insufficient(quality), augmented: None }
+        }
+    }
+}
+
+fn insufficient(quality: DataQuality) -> Diagnosis {
+    Diagnosis {
+        schema: SCHEMA,
+        verdict: Verdict::InsufficientData,
+        p_no_mismatch: 1.0,
+        noise_floor_n: 0.0,
+        holdout: Holdout::default(),
+        regions: Vec::new(),
+        mechanisms: Vec::new(),
+        unexplained: Unexplained::default(),
+        next_experiment: None,
+        data_quality: quality,
+    }
+}
+
+fn attempt(
+    runs: &[Run],
+    holdout: &[Run],
+    simulation: &Simulation,
+    options: &Options,
+    quality: &mut DataQuality,
+) -> Result<Outcome, String> {
+    if runs.is_empty() {
+        return Err("no run to diagnose".to_owned());
+    }
+    let nominal = Nominal::new(simulation);
+    let motions: Vec<Motion> = runs.iter().map(Motion::of).collect();
+    for (run, motion) in runs.iter().zip(&motions) {
+        if let Some(reason) = sanity::channels(run, motion, quality) {
+            return Err(reason);
+        }
+    }
+    let smooth = smoothed(runs, &motions);
+    let side = Side::new(simulation, &nominal, &nominal.start(), (runs, &motions, &smooth), quality)?;
+    if quality.used < sanity::FEWEST_ROWS {
+        return Err(format!(
+            "{} of {} rows can be compared; at least {} are needed: the carriage hardly moves, or the law lacks an input",
+            quality.used,
+            quality.samples,
+            sanity::FEWEST_ROWS
+        ));
+    }
+    // chosen before any force is looked at
+    let split = if holdout.is_empty() { Split::of(runs) } else { Split::none(side.drag_n.len()) };
+    let training: Vec<bool> = side.compared.iter().zip(&split.held).map(|(c, held)| *c && !held).collect();
+    let coarsest = coarsest(&nominal, runs, &motions);
+    let mut rows = Rows::new(runs, &training, coarsest);
+    if rows.len() < sanity::FEWEST_ROWS {
+        return Err(format!("only {} rows are left beside those set aside", rows.len()));
+    }
+    let (law_only, side) = calibrate(simulation, &nominal, side, &mut rows, &training)?;
+    let start = unbound(&nominal, &side, &rows, &training, &law_only)?;
+    let mut found = passes::run(simulation, &nominal, &side, rows.clone(), &training, &start)?;
+    // a law that is off is accepted as such only if nothing else is needed; else it has imitated what is missing
+    if start != law_only && !found.is_shift_only() {
+        found = passes::run(simulation, &nominal, &side, rows, &training, &law_only)?;
+    }
+    let proof = scores::score(simulation, &nominal, &side, holdout, &split, coarsest, &law_only, &found, options)?;
+    let (diagnosis, augmented) = answer::write(&nominal, &side, &training, &found, proof, quality)?;
+    Ok(Outcome { diagnosis, augmented: Some(augmented) })
+}

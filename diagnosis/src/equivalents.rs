@@ -1,0 +1,102 @@
+//! What this recording cannot tell from what was found.
+
+use simulation::mechanism::library;
+
+use crate::bench::{Bench, Candidate, Member};
+use crate::search::{Pool, Tolerances, ranked, refine, simplicity};
+
+/// Rivals this many nats behind are still in the race.
+const TIE: f64 = 3.0;
+
+/// A rival that explains this share of the evidence differs by less than what two writings of one cause differ by.
+const NEAR: f64 = 0.004;
+
+/// A cause with its rivals.
+pub(crate) struct Set {
+    /// Simplest first; the first one leads.
+    pub(crate) candidates: Vec<Candidate>,
+    /// Probability that the true cause is among them, by the evidence against the others.
+    pub(crate) confidence: f64,
+}
+
+/// The rivals of a member that do as well in its place.
+pub(crate) fn of(
+    bench: &Bench<'_>,
+    pool: &mut Pool,
+    tolerances: &Tolerances<'_>,
+    members: &[Member],
+    at: usize,
+) -> Set {
+    let others: Vec<Member> =
+        members.iter().enumerate().filter(|(k, _)| *k != at).map(|(_, member)| member.clone()).collect();
+    let fit = bench.fit(&bench.active(&others));
+    let mut own = members[at].candidate.clone();
+    bench.prepare(&mut own, &fit.active);
+    let own_gain = bench.gain(&own, &fit);
+    let tie = TIE.max(NEAR * own_gain.nats);
+    let mut candidates = vec![own.clone()];
+    let mut against = 0.0;
+    if !own.source.is_story() {
+        let far = (6.0 * tie).max(0.2 * own_gain.nats);
+        let rivals: Vec<usize> = ranked(bench, &mut pool.causes, &fit, tolerances)
+            .into_iter()
+            .filter(|(index, gain)| {
+                let source = &pool.causes[*index].source;
+                gain.score > own_gain.score - far
+                    && !source.is_kin(&own.source)
+                    && !others.iter().any(|other| other.candidate.source.is_kin(source))
+            })
+            .take(10)
+            .map(|(index, _)| index)
+            .collect();
+        for index in rivals {
+            let (rival, gain) = refine(bench, &pool.causes[index], &fit);
+            let behind = own_gain.score - gain.score;
+            if behind < tie {
+                candidates.push(rival);
+            } else {
+                // two writings of one cause differ by a share of the evidence: it counts for no more than that
+                against += (-behind.min(behind * TIE / tie)).exp();
+            }
+        }
+    }
+    candidates.sort_by_key(|candidate| simplicity(&candidate.source));
+    Set { candidates, confidence: (1.0 / (1.0 + against)).clamp(0.5, 0.99) }
+}
+
+/// The run that settles best between rivals, by the library's own advice: the one that most of them ask for.
+pub(crate) fn advice(ids: &[String]) -> Option<&'static str> {
+    let asked: Vec<&'static str> =
+        library().iter().filter(|d| ids.iter().any(|id| id == d.id.name())).map(|d| d.next_experiment).collect();
+    asked.iter().copied().max_by_key(|code| {
+        (asked.iter().filter(|other| *other == code).count(), std::cmp::Reverse(asked.iter().position(|a| a == code)))
+    })
+}
+
+/// What a code of the schema asks for.
+pub(crate) fn text(code: &str) -> &'static str {
+    match code {
+        "P0" => "Rest 30 s at both ends with the carriage free, then pull with a dead weight.",
+        "P1" => "A staircase of 12 to 20 speeds, both directions, up and down, over one section of the rail.",
+        "P2" => "The speed staircase at three preloads or loads that span a decade.",
+        "P3" => "The speed staircase at three temperatures, 10 K apart.",
+        "P4" => "The whole stroke slowly and fast, both directions, five times.",
+        "P5" => "Reversals of 1, 10, 100 um and 2 mm at two frequencies a decade apart.",
+        "P6" => "A speed that is modulated without reversing at three frequencies, with and without a known mass.",
+        "P7" => "Rest 1, 10, 100 and 1000 s, then start slowly.",
+        "P8" => "Run warm for two hours, rest one, resume for ten minutes.",
+        "P9" => "Known weights up and down at three speeds.",
+        "P10" => "The short staircase and the map again in a month.",
+        "seals-off" => "Repeat with the seals taken off.",
+        "unload" => "Repeat with the block unloaded.",
+        "second-preload" => "Repeat at a second preload, as different as the rig allows.",
+        "second-temperature" => "Repeat 10 K warmer.",
+        "known-mass" => "Repeat with a known mass added to the carriage.",
+        "turn-block" => "Turn the block round on the rail and repeat.",
+        "disconnect-chain" => "Repeat with the cable chain taken off.",
+        "two-frequencies" => "Reverse over the same stroke at two frequencies a decade apart.",
+        "zero-force" => "Take the force off the sensor at both ends of the stroke and record its zero.",
+        "relubricate" => "Relubricate and repeat.",
+        _ => "Repeat the same run later.",
+    }
+}

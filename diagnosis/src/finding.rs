@@ -1,0 +1,141 @@
+//! What is said of a cause: its name, its numbers with their intervals, a sentence.
+
+use simulation::mechanism::Kind;
+
+use crate::bench::{Bench, Fit, Member, Source};
+use crate::nominal::Nominal;
+use crate::open_set;
+use crate::passes::Found;
+use crate::report::{Estimate, Finding};
+
+/// An unknown that no curve follows.
+pub(crate) fn comes_and_goes(share: f64) -> Finding {
+    Finding {
+        id: "unknown".to_owned(),
+        kind: "unknown",
+        confidence: 0.95,
+        equivalents: Vec::new(),
+        carried_over: None,
+        parameters: Vec::new(),
+        share_of_mismatch: share,
+        statement:
+            "Something comes and goes that follows neither place, speed, load, temperature nor time: the noise is not \
+                    the same throughout a part."
+                .to_owned(),
+    }
+}
+
+/// A member as the report has it.
+pub(crate) fn finding(
+    nominal: &Nominal,
+    found: &Found<'_>,
+    variances: &[f64],
+    at: usize,
+    amplitudes: &[f64],
+    share: f64,
+) -> Finding {
+    let (bench, fit, member, set) = (&found.bench, &found.fit, &found.members[at], &found.sets[at]);
+    let calibrated = &found.calibrated;
+    let source = &member.candidate.source;
+    let deviation =
+        |column: usize| fit.active.iter().position(|a| *a == column).map_or(f64::NAN, |at| variances[at].sqrt());
+    let mut equivalents: Vec<String> = Vec::new();
+    for candidate in &set.candidates {
+        let id = id_of(&candidate.source);
+        if !candidate.source.is_kin(source) && !equivalents.contains(&id) {
+            equivalents.push(id);
+        }
+    }
+    let mut parameters = Vec::new();
+    let estimate = |name: String, value: f64, sigma: f64, unit: &str| Estimate {
+        name,
+        value,
+        ci95: [value - 1.96 * sigma, value + 1.96 * sigma],
+        unit: unit.to_owned(),
+    };
+    let (kind, statement) = match source {
+        Source::Mechanism { definition, form, shape } => {
+            let form = &definition.forms[*form];
+            for ((amplitude, value), column) in form.amplitudes.iter().zip(amplitudes).zip(&member.base) {
+                parameters.push(estimate(amplitude.name.to_owned(), *value, deviation(*column), amplitude.unit));
+            }
+            for (k, (parameter, value)) in form.shape.iter().zip(shape).enumerate() {
+                let sigma = shape_deviation(bench, fit, member, k);
+                let mut e = estimate(parameter.name.to_owned(), *value, sigma, parameter.unit);
+                e.ci95 = [e.ci95[0].max(parameter.from), e.ci95[1].min(parameter.to)];
+                parameters.push(e);
+            }
+            let kind = if definition.kind == Kind::Physics { "physics" } else { "sensor" };
+            (kind, definition.statement.to_owned())
+        }
+        Source::Shift { parameter } => {
+            let what = &nominal.parameters[*parameter];
+            let value = calibrated[*parameter] + amplitudes[0];
+            parameters.push(estimate(what.name.to_owned(), value, deviation(member.base[0]), what.unit));
+            let tolerance = 100.0 * what.sigma.unwrap_or(0.0);
+            let text = format!(
+                "The {} is {:+.1} % off what the simulation assumes, beyond its tolerance of {tolerance:.1} %.",
+                what.name,
+                100.0 * value
+            );
+            ("parameter", text)
+        }
+        Source::Story { curve } => {
+            let mut text = format!(
+                "Something that the library has no name for acts along {}, {}",
+                curve.axis.name(),
+                curve.carrier.words()
+            );
+            if let Some(formula) = open_set::formula(source, amplitudes) {
+                text.push_str(&format!("; about {formula}, x in {}", curve.axis.unit()));
+            }
+            text.push('.');
+            ("unknown", text)
+        }
+    };
+    Finding {
+        id: id_of(source),
+        kind,
+        confidence: set.confidence,
+        equivalents,
+        carried_over: None,
+        parameters,
+        share_of_mismatch: share,
+        statement,
+    }
+}
+
+/// Standard deviation of a shape parameter, from the curvature of the evidence.
+pub(crate) fn shape_deviation(bench: &Bench<'_>, fit: &Fit, member: &Member, k: usize) -> f64 {
+    let Source::Mechanism { definition, form, shape } = &member.candidate.source else { return f64::NAN };
+    let parameter = &definition.forms[*form].shape[k];
+    let others: Vec<usize> = fit.active.iter().copied().filter(|column| !member.base.contains(column)).collect();
+    let fit = bench.fit(&others);
+    let mut own = member.candidate.clone();
+    bench.prepare(&mut own, &fit.active);
+    let top = bench.gain(&own, &fit).nats;
+    let span = if parameter.log { shape[k].abs() * 0.05 } else { (parameter.to - parameter.from) * 0.02 };
+    let mut curvature = 0.0;
+    for side in [-1.0, 1.0] {
+        let mut moved = shape.clone();
+        moved[k] = (shape[k] + side * span).clamp(parameter.from, parameter.to);
+        let step = (moved[k] - shape[k]).abs();
+        if step < 1e-3 * span {
+            continue;
+        }
+        let source = Source::Mechanism { definition, form: *form, shape: moved };
+        if let Some(mut other) = bench.candidate(source) {
+            bench.prepare(&mut other, &fit.active);
+            curvature = f64::max(curvature, 2.0 * (top - bench.gain(&other, &fit).nats) / (step * step));
+        }
+    }
+    if curvature > 0.0 { 1.0 / curvature.sqrt() } else { parameter.to - parameter.from }
+}
+
+pub(crate) fn id_of(source: &Source) -> String {
+    match source {
+        Source::Mechanism { definition, .. } => definition.id.name().to_owned(),
+        Source::Shift { .. } => "parameter-shift".to_owned(),
+        Source::Story { .. } => "unknown".to_owned(),
+    }
+}

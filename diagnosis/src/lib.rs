@@ -1,0 +1,53 @@
+//! Locates what a simulation leaves out, names it, models it, and shows the fit improve on rows it has not seen.
+//!
+//! ```text
+//! engine       the order of everything
+//! side         runs with what follows from their motion; resolution: the time over which they are compared
+//! sanity       what is wrong with the recording; rows that cannot be compared
+//! nominal      the law as a function of what the simulation only assumes
+//! column_law   the same for a law that is known by a column of its force alone
+//! calibration  how far its numbers may move
+//! noise        what makes the noise white; rows: the one linear operation on every column
+//! bench        the mismatch and all that may explain it, whitened; every fit is algebra on inner products
+//! locks        is an effect real? two tests that must agree
+//! search       which named causes act; story: curves without a name; open_set: what has no name here
+//! passes       the search, and again around where it has led; rest: what is left
+//! equivalents  what this recording cannot tell apart, and the run that would
+//! proof        rows set aside; scores: the three stages there, and what each cause does
+//! answer       what is said: finding, region
+//! export       the simulation file that knows what was found
+//! report       the public schema
+//! ```
+//!
+//! No file is opened, nothing is printed, nothing is drawn at random but the bootstrap, and that from a seed.
+#![forbid(unsafe_code)]
+#![allow(clippy::neg_cmp_op_on_partial_ord, reason = "what is not a number must fall on the side of refusal")]
+#![allow(clippy::needless_range_loop, reason = "indices of matrices read as the equations do")]
+
+mod answer;
+mod bench;
+mod calibration;
+mod column_law;
+mod engine;
+mod equivalents;
+mod export;
+mod finding;
+mod linear;
+mod locks;
+mod noise;
+mod nominal;
+mod open_set;
+mod passes;
+mod proof;
+mod region;
+pub mod report;
+mod resolution;
+mod rest;
+mod rows;
+mod sanity;
+mod scores;
+mod search;
+mod side;
+mod story;
+
+pub use engine::{Options, Outcome, diagnose};

@@ -1,0 +1,224 @@
+//! The simulation's law as a function of what it only assumes to within a tolerance.
+
+use simulation::Simulation;
+use simulation::file::Law;
+use simulation::law::{Factors, Missing};
+use simulation::motion::Motion;
+use simulation::run::Run;
+
+use crate::column_law::{self, Changes};
+
+/// One number that calibration may move.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Parameter {
+    /// Name in a parameter shift.
+    pub(crate) name: &'static str,
+    /// Unit of the value: empty for a relative change.
+    pub(crate) unit: &'static str,
+    /// Relative standard deviation; `None` where the simulation leaves the number out altogether.
+    pub(crate) sigma: Option<f64>,
+    which: Which,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Which {
+    Preload,
+    Friction,
+    Viscosity,
+    MuCoulomb,
+    MuViscous,
+    MuStribeck,
+    Mass,
+    ColumnFriction,
+    ColumnPreload,
+    ColumnViscosity,
+    FreeCoulomb,
+    FreeViscous,
+    FreeOffset,
+    FreeMass,
+}
+
+/// A law and its parameters.
+#[derive(Clone, Debug)]
+pub(crate) struct Nominal {
+    simulation: Simulation,
+    pub(crate) parameters: Vec<Parameter>,
+}
+
+/// Relative step of the tangent.
+const STEP: f64 = 1e-3;
+
+impl Nominal {
+    pub(crate) fn new(simulation: &Simulation) -> Self {
+        let tolerance = &simulation.tolerance;
+        let mut nominal = Nominal { simulation: simulation.clone(), parameters: Vec::new() };
+        let mut add = |which, name, unit, sigma: Option<f64>| {
+            if sigma.is_none_or(|sigma| sigma > 0.0) {
+                nominal.parameters.push(Parameter { name, unit, sigma, which });
+            }
+        };
+        match &mut nominal.simulation.law {
+            Law::Guide(_) => {
+                add(Which::Preload, "preload", "", Some(tolerance.preload));
+                add(Which::Friction, "friction", "", Some(tolerance.friction));
+                add(Which::Viscosity, "viscosity", "", Some(tolerance.viscosity));
+                add(Which::MuCoulomb, "coulomb", "", Some(tolerance.friction_terms));
+                add(Which::MuViscous, "viscous", "", Some(tolerance.friction_terms));
+                add(Which::MuStribeck, "stribeck", "", Some(tolerance.friction_terms));
+                add(Which::Mass, "mass", "", Some(tolerance.mass));
+            }
+            Law::CoulombViscous { coulomb_n, viscous_n_s_m, offset_n } => {
+                if coulomb_n.is_some() || viscous_n_s_m.is_some() {
+                    add(Which::Friction, "friction", "", Some(tolerance.friction));
+                }
+                match coulomb_n {
+                    Some(_) => add(Which::MuCoulomb, "coulomb", "", Some(tolerance.friction_terms)),
+                    None => add(Which::FreeCoulomb, "coulomb", "N", None),
+                }
+                match viscous_n_s_m {
+                    Some(_) => add(Which::MuViscous, "viscous", "", Some(tolerance.friction_terms)),
+                    None => add(Which::FreeViscous, "viscous", "N s/m", None),
+                }
+                if offset_n.is_none() {
+                    add(Which::FreeOffset, "offset", "N", None);
+                }
+                match simulation.axis.moved_mass_kg {
+                    Some(_) => add(Which::Mass, "mass", "", Some(tolerance.mass)),
+                    None => add(Which::FreeMass, "mass", "kg", None),
+                }
+                for number in [coulomb_n, viscous_n_s_m, offset_n] {
+                    number.get_or_insert(0.0);
+                }
+                nominal.simulation.axis.moved_mass_kg.get_or_insert(0.0);
+            }
+            Law::Column => {
+                add(Which::ColumnFriction, "friction", "", Some(tolerance.friction));
+                add(Which::ColumnPreload, "preload", "", Some(tolerance.preload));
+                add(Which::ColumnViscosity, "viscosity", "", Some(tolerance.viscosity));
+            }
+        }
+        nominal
+    }
+
+    /// Whether the law has an inertia.
+    pub(crate) fn accelerates_mass(&self) -> bool {
+        self.simulation.axis.moved_mass_kg.is_some_and(|mass| mass > 0.0)
+            || self.parameters.iter().any(|parameter| parameter.which == Which::FreeMass)
+    }
+
+    /// Whether some number is fitted freely, so that the simulation as given predicts nothing.
+    pub(crate) fn is_incomplete(&self) -> bool {
+        self.parameters.iter().any(|parameter| parameter.sigma.is_none())
+    }
+
+    /// Where calibration starts: every factor as given, every missing number 0.
+    pub(crate) fn start(&self) -> Vec<f64> {
+        vec![0.0; self.parameters.len()]
+    }
+
+    fn column_changes(&self, values: &[f64]) -> Changes {
+        let mut changes = Changes::default();
+        for (parameter, value) in self.parameters.iter().zip(values) {
+            match parameter.which {
+                Which::ColumnFriction => changes.friction = *value,
+                Which::ColumnPreload => changes.preload = *value,
+                Which::ColumnViscosity => changes.viscosity = *value,
+                _ => {}
+            }
+        }
+        changes
+    }
+
+    /// The factors of these values (relative changes); numbers fitted freely are no factors.
+    pub(crate) fn factors(&self, values: &[f64]) -> Factors {
+        let mut factors = Factors::default();
+        for (parameter, value) in self.parameters.iter().zip(values) {
+            // a factor that changes sign would be no calibration
+            let factor = (1.0 + value).max(0.05);
+            match parameter.which {
+                Which::Preload => factors.preload = factor,
+                Which::Friction | Which::ColumnFriction => factors.friction = factor,
+                Which::Viscosity => factors.viscosity = factor,
+                Which::MuCoulomb => factors.mu_coulomb = factor,
+                Which::MuViscous => factors.mu_viscous = factor,
+                Which::MuStribeck => factors.mu_stribeck = factor,
+                Which::Mass => factors.mass = factor,
+                _ => {}
+            }
+        }
+        factors
+    }
+
+    /// The simulation with missing numbers set to these values.
+    pub(crate) fn completed(&self, values: &[f64]) -> Simulation {
+        let mut simulation = self.simulation.clone();
+        for (parameter, value) in self.parameters.iter().zip(values) {
+            if let Law::CoulombViscous { coulomb_n, viscous_n_s_m, offset_n } = &mut simulation.law {
+                match parameter.which {
+                    Which::FreeCoulomb => *coulomb_n = Some(*value),
+                    Which::FreeViscous => *viscous_n_s_m = Some(*value),
+                    Which::FreeOffset => *offset_n = Some(*value),
+                    Which::FreeMass => simulation.axis.moved_mass_kg = Some(*value),
+                    _ => {}
+                }
+            }
+        }
+        simulation
+    }
+
+    /// Force of the law, N; NaN where it has none.
+    pub(crate) fn force(&self, values: &[f64], run: &Run, motion: &Motion) -> Result<Vec<f64>, Missing> {
+        let is_column = matches!(self.simulation.law, Law::Column);
+        let factors = if is_column { Factors::default() } else { self.factors(values) };
+        let steady = self.simulation.steady(&factors, run, motion)?;
+        if is_column {
+            let motion = (&*motion.velocity_m_s, &*motion.acceleration_m_s2, &*steady.direction);
+            return Ok(column_law::changed(run, &steady.force_n, motion, &self.column_changes(values)));
+        }
+        let mut force = steady.force_n;
+        for (parameter, value) in self.parameters.iter().zip(values) {
+            if *value == 0.0 {
+                continue;
+            }
+            if let Some(column) = free_column(parameter.which, &steady.direction, motion) {
+                for (force, x) in force.iter_mut().zip(column) {
+                    *force += value * x;
+                }
+            }
+        }
+        Ok(force)
+    }
+
+    /// Change of the force with each parameter, N per unit of the parameter.
+    pub(crate) fn tangent(
+        &self,
+        values: &[f64],
+        run: &Run,
+        motion: &Motion,
+        force: &[f64],
+        direction: &[f64],
+    ) -> Result<Vec<Vec<f64>>, Missing> {
+        let mut columns = Vec::with_capacity(values.len());
+        for (index, parameter) in self.parameters.iter().enumerate() {
+            if let Some(column) = free_column(parameter.which, direction, motion) {
+                columns.push(column);
+                continue;
+            }
+            let mut moved = values.to_vec();
+            moved[index] += STEP;
+            let other = self.force(&moved, run, motion)?;
+            columns.push(other.iter().zip(force).map(|(other, force)| (other - force) / STEP).collect());
+        }
+        Ok(columns)
+    }
+}
+
+fn free_column(which: Which, direction: &[f64], motion: &Motion) -> Option<Vec<f64>> {
+    match which {
+        Which::FreeCoulomb => Some(direction.to_vec()),
+        Which::FreeViscous => Some(motion.velocity_m_s.clone()),
+        Which::FreeOffset => Some(vec![1.0; direction.len()]),
+        Which::FreeMass => Some(motion.acceleration_m_s2.clone()),
+        _ => None,
+    }
+}

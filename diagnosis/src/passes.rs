@@ -1,0 +1,137 @@
+//! The search, and again around where it has led, with the noise as it looks behind what was found.
+
+use simulation::Simulation;
+
+use crate::bench::{Bench, Fit, Member, Source};
+use crate::calibration::{moved, prior, shifted};
+use crate::equivalents::{self, Set};
+use crate::nominal::Nominal;
+use crate::open_set;
+use crate::rest::{noise_rms, rms, saturated, whiteness};
+use crate::rows::Rows;
+use crate::search::{Pool, Tolerances, search};
+use crate::side::Side;
+use crate::story::Curve;
+
+/// A cause whose force is smaller than this share of the noise is not worth a mention.
+const FLOOR_OF_NOISE: f64 = 0.05;
+
+/// Way of the parameters, relative, from which the law is made linear anew.
+const FAR: f64 = 0.03;
+
+/// Difference of the variance of the whitened rest from 1 from which the noise is learnt anew.
+const COLOURED: f64 = 0.1;
+
+/// Most searches.
+const MOST_PASSES: usize = 3;
+
+/// What the search has led to.
+pub(crate) struct Found<'s> {
+    pub(crate) bench: Bench<'s>,
+    pub(crate) members: Vec<Member>,
+    /// What the recording cannot tell from each member.
+    pub(crate) sets: Vec<Set>,
+    pub(crate) fit: Fit,
+    /// Values of the law's numbers beside the members, and with the shifts among them.
+    pub(crate) calibrated: Vec<f64>,
+    pub(crate) with_shifts: Vec<f64>,
+    pub(crate) p_no_mismatch: f64,
+    pub(crate) noise_n: f64,
+}
+
+impl Found<'_> {
+    /// Whether the law's own numbers are off, and nothing else.
+    pub(crate) fn is_shift_only(&self) -> bool {
+        !self.members.is_empty() && self.members.iter().all(|m| matches!(m.candidate.source, Source::Shift { .. }))
+    }
+
+    /// Amplitudes of every member.
+    pub(crate) fn amplitudes(&self) -> Vec<Vec<f64>> {
+        amplitudes(&self.members, &self.fit)
+    }
+}
+
+fn amplitudes(members: &[Member], fit: &Fit) -> Vec<Vec<f64>> {
+    members.iter().map(|member| member.base.iter().map(|column| fit.value_of(*column)).collect()).collect()
+}
+
+/// Searches as often as it takes.
+pub(crate) fn run<'s>(
+    simulation: &Simulation,
+    nominal: &Nominal,
+    side: &'s Side<'_>,
+    mut rows: Rows,
+    training: &[bool],
+    start: &[f64],
+) -> Result<Found<'s>, String> {
+    let drag_rms = rms(&rows.plain(&side.drag_n));
+    let curves = Curve::all(&side.contexts, training);
+    let mut values = start.to_vec();
+    for pass in 1.. {
+        let mismatch = side.residual(nominal, &values)?;
+        let tangent = side.tangent(nominal, &values)?;
+        let tolerances = Tolerances { nominal, moved: &values };
+        let mut bench = Bench::new(
+            rows.clone(),
+            &side.contexts,
+            training.to_vec(),
+            &mismatch,
+            tangent.clone(),
+            prior(nominal, &values),
+        );
+        let mut pool = Pool::new(&bench, &tolerances);
+        let noise = noise_rms(&rows, &saturated(&rows, &side.contexts, &mismatch, &tangent, &curves, &[]));
+        let floor_n = (simulation.tolerance.relevance * drag_rms).max(FLOOR_OF_NOISE * noise);
+        let first = search(&mut bench, &mut pool, &tolerances, floor_n);
+        let mut members = first.members;
+        open_set::extend(&mut bench, &mut pool, &tolerances, &mut members);
+        let fit = bench.fit(&bench.active(&members));
+        let mut extra = Vec::new();
+        for member in &members {
+            extra.extend(bench.raw(&member.candidate.source).unwrap_or_default());
+        }
+        let left = saturated(&rows, &side.contexts, &mismatch, &tangent, &curves, &extra);
+        let led = shifted(
+            nominal,
+            &moved(nominal, &values, &fit.values[..values.len()]),
+            &members,
+            &amplitudes(&members, &fit),
+        );
+        let way = led.iter().zip(&values).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let is_far = !nominal.is_incomplete() && way > FAR;
+        let is_coloured = pass < 2 && !members.is_empty() && (whiteness(&bench, &fit) - 1.0).abs() > COLOURED;
+        if pass < MOST_PASSES && (is_far || is_coloured) {
+            if is_coloured {
+                rows.learn(&left);
+            }
+            if is_far {
+                values = led;
+            }
+            continue;
+        }
+        let noise_n = noise_rms(&rows, &left);
+        let sets = tell_apart(&mut bench, &mut pool, &tolerances, &mut members);
+        let fit = bench.fit(&bench.active(&members));
+        let calibrated = moved(nominal, &values, &fit.values[..values.len()]);
+        let with_shifts = shifted(nominal, &calibrated, &members, &amplitudes(&members, &fit));
+        let p_no_mismatch = first.p_no_mismatch;
+        return Ok(Found { bench, members, sets, fit, calibrated, with_shifts, p_no_mismatch, noise_n });
+    }
+    Err("the search did not end".to_owned())
+}
+
+/// The rivals of every member; the simplest of a set leads.
+fn tell_apart(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>, members: &mut [Member]) -> Vec<Set> {
+    let mut sets = Vec::new();
+    for at in 0..members.len() {
+        let set = equivalents::of(bench, pool, tolerances, members, at);
+        if let Some(lead) = set.candidates.first()
+            && !lead.source.is_kin(&members[at].candidate.source)
+        {
+            let lead = lead.clone();
+            members[at] = bench.take(lead);
+        }
+        sets.push(set);
+    }
+    sets
+}

@@ -1,0 +1,167 @@
+//! What a diagnosis says: the structure of the public schema `guideblock.diagnosis/1`.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+/// The value of `schema`.
+pub const SCHEMA: &str = "guideblock.diagnosis/1";
+
+/// What the recording says of the simulation. All numbers in SI, units in the names.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Diagnosis {
+    /// [`SCHEMA`].
+    pub schema: &'static str,
+    /// See [`Verdict`].
+    pub verdict: Verdict,
+    /// p-value of "nothing is missing", valid under autocorrelated noise.
+    pub p_no_mismatch: f64,
+    /// RMS of what no repeatable cause explains, at the recording's rate, N.
+    pub noise_floor_n: f64,
+    /// Score on rows that no step of the search has seen.
+    pub holdout: Holdout,
+    /// Where the mismatch lies.
+    #[serde(rename = "where")]
+    pub regions: Vec<Region>,
+    /// What causes it, the largest share first.
+    pub mechanisms: Vec<Finding>,
+    /// What is left.
+    pub unexplained: Unexplained,
+    /// What would settle what is open.
+    pub next_experiment: Option<NextExperiment>,
+    /// What was wrong with the recording.
+    pub data_quality: DataQuality,
+}
+
+/// The answer in a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// The simulation fits, once what it only assumes has been moved within its tolerance.
+    Match,
+    /// Named causes explain the mismatch.
+    Explained,
+    /// Something without a name carries most of the mismatch.
+    Unexplained,
+    /// Some cause has equivalents that this recording cannot tell from it.
+    Ambiguous,
+    /// The recording does not allow a judgement.
+    InsufficientData,
+}
+
+impl Verdict {
+    /// As the schema writes it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Verdict::Match => "match",
+            Verdict::Explained => "explained",
+            Verdict::Unexplained => "unexplained",
+            Verdict::Ambiguous => "ambiguous",
+            Verdict::InsufficientData => "insufficient-data",
+        }
+    }
+}
+
+/// Errors on rows that no step of the search has seen.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Holdout {
+    /// Which rows, in words.
+    pub description: String,
+    /// Which rows, s from the first row of the run.
+    pub intervals_s: Vec<[f64; 2]>,
+    /// The simulation as given, N.
+    pub rmse_before_n: f64,
+    /// Its own parameters moved within their tolerance, N.
+    pub rmse_calibrated_n: f64,
+    /// With the causes that were found, N.
+    pub rmse_after_n: f64,
+    /// 95 % interval of `1 - rmse_after/rmse_calibrated`.
+    pub improvement_ci95: [f64; 2],
+}
+
+/// A region of an axis in which the mismatch lies.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Region {
+    /// Name of the axis.
+    pub axis: &'static str,
+    /// From here, in `unit`.
+    pub from: f64,
+    /// To here.
+    pub to: f64,
+    /// Unit of the axis.
+    pub unit: &'static str,
+    /// Share of the mismatch.
+    pub share: f64,
+    /// The cause.
+    pub id: String,
+}
+
+/// A cause.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Finding {
+    /// Its id.
+    pub id: String,
+    /// `physics`, `sensor`, `parameter` or `unknown`.
+    pub kind: &'static str,
+    /// Probability that the true cause is this or an equivalent.
+    pub confidence: f64,
+    /// Causes that this recording cannot tell from it.
+    pub equivalents: Vec<String>,
+    /// Its numbers.
+    pub parameters: Vec<Estimate>,
+    /// Share of the squared mismatch that calibration leaves.
+    pub share_of_mismatch: f64,
+    /// Whether it lowered the error on the scored rows, everything else as found; `null` where it says nothing about
+    /// them, such as a phase along a rail whose zero the other recording does not share.
+    pub carried_over: Option<bool>,
+    /// One sentence.
+    pub statement: String,
+}
+
+/// A number with its uncertainty.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Name.
+    pub name: String,
+    /// Value.
+    pub value: f64,
+    /// 95 % interval.
+    pub ci95: [f64; 2],
+    /// Unit.
+    pub unit: String,
+}
+
+/// What is left.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Unexplained {
+    /// RMS of the repeatable mismatch that nothing explains, N.
+    pub rmse_n: f64,
+    /// Its share.
+    pub share_of_mismatch: f64,
+    /// What it looks like.
+    pub signature: String,
+}
+
+/// The cheapest further run.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct NextExperiment {
+    /// Code of the schema.
+    pub code: String,
+    /// In words.
+    pub text: String,
+}
+
+/// What was wrong with the recording.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct DataQuality {
+    /// Rows in the files.
+    pub samples: usize,
+    /// Rows compared.
+    pub used: usize,
+    /// Gaps in time.
+    pub gaps: usize,
+    /// Rows that were not compared, by reason.
+    pub rejected: BTreeMap<&'static str, usize>,
+    /// What else.
+    pub warnings: Vec<String>,
+}

@@ -1,0 +1,146 @@
+//! The three stages on rows that no step of the search has seen, and what each cause does there.
+
+use simulation::Simulation;
+use simulation::file::PositionReference;
+use simulation::mechanism::Context;
+use simulation::motion::Motion;
+use simulation::run::Run;
+
+use crate::bench::{Source, raw_columns};
+use crate::engine::Options;
+use crate::nominal::Nominal;
+use crate::passes::Found;
+use crate::proof::{self, Split, Stages};
+use crate::report::{DataQuality, Holdout};
+use crate::rest::rms;
+use crate::rows::Rows;
+use crate::side::{Side, smoothed};
+use crate::story::Axis;
+
+/// Scores, and residuals of the recordings that taught.
+pub(crate) struct Proof {
+    pub(crate) holdout: Holdout,
+    /// Whether each member lowered the error on the scored rows; `None` where it says nothing about them.
+    pub(crate) carried: Vec<Option<bool>>,
+    /// Residuals on all rows that taught or were set aside.
+    pub(crate) own: Stages,
+}
+
+/// Scores what was found.
+#[expect(clippy::too_many_arguments, reason = "what was found, and where it is scored")]
+pub(crate) fn score(
+    simulation: &Simulation,
+    nominal: &Nominal,
+    side: &Side<'_>,
+    holdout: &[Run],
+    split: &Split,
+    coarsest: usize,
+    law_only: &[f64],
+    found: &Found<'_>,
+    options: &Options,
+) -> Result<Proof, String> {
+    let scene = Scene {
+        nominal,
+        found,
+        law_only,
+        given: if nominal.is_incomplete() { law_only.to_vec() } else { nominal.start() },
+        is_relative: simulation.axis.position_reference == PositionReference::Relative,
+    };
+    let own = scene.stages(side, false)?;
+    if holdout.is_empty() {
+        let held: Vec<bool> = side.compared.iter().zip(&split.held).map(|(c, held)| *c && *held).collect();
+        let scored = Rows::new(side.runs, &held, coarsest);
+        let stages = scene.stages(side, split.crosses_runs)?;
+        let score = proof::score(&stages, &scored, side.step_s() * coarsest as f64, options.seed);
+        let carried = scene.carried(side, &stages, &scored, split.crosses_runs);
+        let intervals_s = proof::intervals_s(side.runs, &split.held);
+        let holdout = Holdout { description: split.description.clone(), intervals_s, ..score };
+        return Ok(Proof { holdout, carried, own });
+    }
+    let motions: Vec<Motion> = holdout.iter().map(Motion::of).collect();
+    let smooth = smoothed(holdout, &motions);
+    let parts = (holdout, motions.as_slice(), smooth.as_slice());
+    let at = if nominal.is_incomplete() { law_only.to_vec() } else { nominal.start() };
+    let other = Side::new(simulation, nominal, &at, parts, &mut DataQuality::default())?;
+    let scored = Rows::new(holdout, &other.compared, coarsest);
+    let stages = scene.stages(&other, true)?;
+    let score = proof::score(&stages, &scored, other.step_s() * coarsest as f64, options.seed);
+    let carried = scene.carried(&other, &stages, &scored, true);
+    let names: Vec<String> = holdout.iter().map(|run| run.name.clone()).collect();
+    let all = vec![true; other.drag_n.len()];
+    let description = format!("{} other recording(s): {}", holdout.len(), names.join(", "));
+    let holdout = Holdout { description, intervals_s: proof::intervals_s(holdout, &all), ..score };
+    Ok(Proof { holdout, carried, own })
+}
+
+struct Scene<'a> {
+    nominal: &'a Nominal,
+    found: &'a Found<'a>,
+    law_only: &'a [f64],
+    given: Vec<f64>,
+    is_relative: bool,
+}
+
+impl Scene<'_> {
+    fn stages(&self, side: &Side<'_>, crosses: bool) -> Result<Stages, String> {
+        let mut after = side.residual(self.nominal, &self.found.with_shifts)?;
+        for at in 0..self.found.members.len() {
+            for (after, force) in after.iter_mut().zip(self.force(&side.contexts, at, crosses).unwrap_or_default()) {
+                *after -= force;
+            }
+        }
+        let before = side.residual(self.nominal, &self.given)?;
+        Ok(Stages { before, calibrated: side.residual(self.nominal, self.law_only)?, after })
+    }
+
+    /// Force of a member; `None` where it is bound to places that another recording does not share.
+    fn force(&self, contexts: &[Context<'_>], at: usize, crosses: bool) -> Option<Vec<f64>> {
+        let member = &self.found.members[at];
+        if crosses && self.is_relative && is_phase_bound(&member.candidate.source) {
+            return None;
+        }
+        let columns = raw_columns(&member.candidate.source, contexts)?;
+        let mut force = vec![0.0; columns.first().map_or(0, Vec::len)];
+        for (column, base) in columns.iter().zip(&member.base) {
+            let amplitude = self.found.fit.value_of(*base);
+            for (force, x) in force.iter_mut().zip(column) {
+                *force += amplitude * x;
+            }
+        }
+        Some(force)
+    }
+
+    /// Whether the error would be larger without each member, everything else as it was found.
+    fn carried(&self, side: &Side<'_>, stages: &Stages, scored: &Rows, crosses: bool) -> Vec<Option<bool>> {
+        let after = scored.plain(&stages.after);
+        let members = self.found.members.iter().enumerate();
+        members
+            .map(|(at, member)| {
+                let force = match &member.candidate.source {
+                    Source::Shift { parameter } => {
+                        let mut values = self.found.with_shifts.clone();
+                        values[*parameter] = self.found.calibrated[*parameter];
+                        let without = side.residual(self.nominal, &values).ok()?;
+                        without
+                            .iter()
+                            .zip(side.residual(self.nominal, &self.found.with_shifts).ok()?)
+                            .map(|(a, b)| a - b)
+                            .collect()
+                    }
+                    _ => self.force(&side.contexts, at, crosses)?,
+                };
+                let force = scored.plain(&force);
+                let without: Vec<f64> = after.iter().zip(&force).map(|(after, force)| after + force).collect();
+                (rms(&force) > 0.0).then(|| rms(&after) < rms(&without))
+            })
+            .collect()
+    }
+}
+
+fn is_phase_bound(source: &Source) -> bool {
+    match source {
+        Source::Mechanism { definition, form, .. } => definition.forms[*form].phase_bound,
+        Source::Story { curve } => curve.axis == Axis::Position,
+        Source::Shift { .. } => false,
+    }
+}

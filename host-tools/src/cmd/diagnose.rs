@@ -1,0 +1,163 @@
+//! `guideblock diagnose`
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use diagnosis::report::{Diagnosis, Verdict};
+use diagnosis::{Options, diagnose};
+use host_tools::diagnosed;
+use host_tools::recording::{Losses, Mapping};
+use simulation::Simulation;
+use simulation::run::Run;
+
+use super::recordings::RecordingArguments;
+use super::{Failure, output};
+
+/// Finds what a simulation leaves out
+///
+/// Holds recordings of one block against a simulation of it: moves what the simulation only assumes within its
+/// tolerance, locates what is left, names the physics or the sensor fault behind it, and scores the result on rows
+/// that the search has not seen. Exit status 0: nothing is missing, 1: something is.
+#[derive(clap::Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct Arguments {
+    /// Recordings, runs of one block
+    #[arg(value_name = "RECORDING.csv", required = true)]
+    files: Vec<PathBuf>,
+    /// The simulation they are held against
+    #[arg(long, value_name = "SIM.toml")]
+    simulation: PathBuf,
+    /// Recordings that are only scored, after the search
+    #[arg(long, value_name = "OTHER.csv")]
+    holdout: Vec<PathBuf>,
+    #[command(flatten)]
+    recording: RecordingArguments,
+    /// Writes the diagnosis as JSON; - is standard output
+    #[arg(long, value_name = "OUT.json")]
+    json: Option<PathBuf>,
+    /// Writes a page with pictures of the mismatch before and after
+    #[arg(long, value_name = "OUT.html")]
+    html: Option<PathBuf>,
+    /// Writes the simulation with what was found
+    #[arg(long, value_name = "AUGMENTED.toml")]
+    export: Option<PathBuf>,
+    /// Seed of the bootstrap of the intervals
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+}
+
+pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
+    let text = fs::read_to_string(&arguments.simulation).map_err(|e| Failure::file(&arguments.simulation, e))?;
+    let simulation = Simulation::from_toml(&text)
+        .map_err(|why| Failure::Usage(format!("{}: {why}", arguments.simulation.display())))?;
+    let mappings = simulation
+        .columns
+        .iter()
+        .map(|(name, text)| Mapping::new(name, text))
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(|why| Failure::Usage(format!("{}: {why}", arguments.simulation.display())))?;
+    let (runs, losses) = read(&arguments.files, &arguments.recording, &mappings)?;
+    let (holdout, _) = read(&arguments.holdout, &arguments.recording, &mappings)?;
+    let mut outcome = diagnose(&runs, &holdout, &simulation, &Options { seed: arguments.seed });
+    for losses in losses {
+        count(&mut outcome.diagnosis, losses);
+    }
+    let diagnosis = &outcome.diagnosis;
+    let json = serde_json::to_string_pretty(diagnosis).map_err(Failure::data)?;
+    match &arguments.json {
+        Some(path) if path == Path::new("-") => writeln!(output(), "{json}")?,
+        Some(path) => fs::write(path, json + "\n").map_err(|error| Failure::file(path, error))?,
+        None => {}
+    }
+    if let Some(path) = &arguments.html {
+        let found = outcome.augmented.as_ref().map(|augmented| diagnosed::views(&runs, &simulation, augmented));
+        let views = found.transpose().map_err(Failure::data)?.unwrap_or_default();
+        let name = arguments.files.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ");
+        fs::write(path, diagnosed::page(&name, diagnosis, &views)).map_err(|error| Failure::file(path, error))?;
+    }
+    if let (Some(path), Some(augmented)) = (&arguments.export, &outcome.augmented) {
+        fs::write(path, augmented.to_toml()).map_err(|error| Failure::file(path, error))?;
+    }
+    if arguments.json.as_deref() != Some(Path::new("-")) {
+        summary(diagnosis)?;
+    }
+    match diagnosis.verdict {
+        Verdict::Match | Verdict::InsufficientData => Ok(()),
+        Verdict::Explained | Verdict::Unexplained | Verdict::Ambiguous => Err(Failure::Check),
+    }
+}
+
+fn read(
+    files: &[PathBuf],
+    recording: &RecordingArguments,
+    mappings: &[Mapping],
+) -> Result<(Vec<Run>, Vec<Losses>), Failure> {
+    let (mut runs, mut all) = (Vec::new(), Vec::new());
+    for path in files {
+        if path != Path::new("-") && !path.exists() {
+            return Err(Failure::file(path, "there is no such file"));
+        }
+        let (run, losses) = recording.open(path, mappings)?;
+        runs.push(run);
+        all.push(losses);
+    }
+    Ok((runs, all))
+}
+
+/// Adds what reading the file cost.
+fn count(diagnosis: &mut Diagnosis, losses: Losses) {
+    let quality = &mut diagnosis.data_quality;
+    for (reason, rows) in losses.rejected {
+        *quality.rejected.entry(reason).or_insert(0) += rows as usize;
+    }
+    quality.samples += losses.lost as usize;
+    let problems = losses.problems.iter().take(Losses::SPELT_OUT);
+    quality.warnings.extend(problems.map(ToString::to_string));
+}
+
+fn summary(diagnosis: &Diagnosis) -> Result<(), Failure> {
+    let mut out = output();
+    writeln!(out, "verdict          {}", diagnosis.verdict.name())?;
+    let quality = &diagnosis.data_quality;
+    writeln!(out, "rows             {} of {} compared", quality.used, quality.samples)?;
+    for warning in &quality.warnings {
+        writeln!(out, "                 {warning}")?;
+    }
+    if diagnosis.verdict == Verdict::InsufficientData {
+        return Ok(out.flush()?);
+    }
+    writeln!(out, "nothing missing  p = {:.2e}", diagnosis.p_no_mismatch)?;
+    for mechanism in &diagnosis.mechanisms {
+        writeln!(
+            out,
+            "{:5.1} %          {} ({}), confidence {:.2}",
+            100.0 * mechanism.share_of_mismatch,
+            mechanism.id,
+            mechanism.kind,
+            mechanism.confidence
+        )?;
+        writeln!(out, "                 {}", mechanism.statement)?;
+        for p in &mechanism.parameters {
+            let [low, high] = p.ci95;
+            writeln!(out, "                 {} = {:.4e} {} ({low:.3e} to {high:.3e})", p.name, p.value, p.unit)?;
+        }
+        if !mechanism.equivalents.is_empty() {
+            writeln!(out, "                 not to be told from: {}", mechanism.equivalents.join(", "))?;
+        }
+    }
+    for region in &diagnosis.regions {
+        writeln!(out, "where            {} {:.4} to {:.4} {}", region.axis, region.from, region.to, region.unit)?;
+    }
+    let holdout = &diagnosis.holdout;
+    writeln!(out, "set aside        {}", holdout.description)?;
+    writeln!(
+        out,
+        "error there      {:.4} N as given, {:.4} N calibrated, {:.4} N with what was found; noise {:.4} N",
+        holdout.rmse_before_n, holdout.rmse_calibrated_n, holdout.rmse_after_n, diagnosis.noise_floor_n
+    )?;
+    if let Some(next) = &diagnosis.next_experiment {
+        writeln!(out, "next             {}: {}", next.code, next.text)?;
+    }
+    Ok(out.flush()?)
+}

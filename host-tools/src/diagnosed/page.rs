@@ -1,0 +1,188 @@
+//! The page of a diagnosis: plain words first, numbers beside them, pictures below.
+
+use diagnosis::report::{Diagnosis, Finding, Verdict};
+
+use super::AxisView;
+use crate::report::chart::Chart;
+use crate::report::page::Page;
+
+/// Makes the page. `views` may be empty where there was nothing to compare.
+pub fn page(name: &str, diagnosis: &Diagnosis, views: &[AxisView]) -> String {
+    let mut page = Page::new(&format!("What the simulation of {name} leaves out"));
+    page.lead(&lead(diagnosis));
+    for warning in &diagnosis.data_quality.warnings {
+        page.warning(warning);
+    }
+    score(&mut page, diagnosis);
+    if !diagnosis.mechanisms.is_empty() {
+        causes(&mut page, diagnosis);
+    }
+    if let Some(next) = &diagnosis.next_experiment {
+        page.heading("What to run next").prose(&format!("{}: {}", next.code, next.text));
+    }
+    pictures(&mut page, diagnosis, views);
+    quality(&mut page, diagnosis);
+    page.finish()
+}
+
+/// The answer in a sentence.
+fn lead(diagnosis: &Diagnosis) -> String {
+    let names = || diagnosis.mechanisms.iter().map(named).collect::<Vec<_>>().join("; ");
+    match diagnosis.verdict {
+        Verdict::Match => "Nothing is missing: the simulation fits within its own tolerance.".to_owned(),
+        Verdict::InsufficientData => "The recording does not allow a judgement.".to_owned(),
+        Verdict::Explained => format!("Something is missing, and it has a name: {}.", names()),
+        Verdict::Ambiguous => {
+            format!("Something is missing; this recording leaves more than one name open: {}.", names())
+        }
+        Verdict::Unexplained => format!("Something is missing for which there is no name here: {}.", names()),
+    }
+}
+
+fn named(finding: &Finding) -> String {
+    if finding.equivalents.is_empty() {
+        finding.id.clone()
+    } else {
+        format!("{} or {}", finding.id, finding.equivalents.join(" or "))
+    }
+}
+
+fn score(page: &mut Page, diagnosis: &Diagnosis) {
+    let h = &diagnosis.holdout;
+    page.heading("Does it fit better?");
+    page.prose(&format!("Scored on rows that no step of the search has seen: {}.", h.description));
+    let rows = vec![
+        vec!["the simulation as given".to_owned(), newtons(h.rmse_before_n)],
+        vec!["its own parameters moved within their tolerance".to_owned(), newtons(h.rmse_calibrated_n)],
+        vec!["with what was found".to_owned(), newtons(h.rmse_after_n)],
+        vec!["noise that repeats nowhere".to_owned(), newtons(diagnosis.noise_floor_n)],
+    ];
+    page.table(&["", "root of the mean squared error (N)"], &rows);
+    let [low, high] = h.improvement_ci95;
+    page.prose(&format!(
+        "Error removed: {:.1} to {:.1} % (95 %). Probability of such a mismatch by chance: {:.1e}.",
+        100.0 * low,
+        100.0 * high,
+        diagnosis.p_no_mismatch
+    ));
+}
+
+fn causes(page: &mut Page, diagnosis: &Diagnosis) {
+    page.heading("What is missing");
+    let bars = diagnosis
+        .mechanisms
+        .iter()
+        .enumerate()
+        .map(|(n, m)| (n as f64 + 0.6, n as f64 + 1.4, 100.0 * m.share_of_mismatch))
+        .collect();
+    let mut chart = Chart::new("Share of the squared mismatch", "cause, as numbered below", "share (%)")
+        .bars("cause", bars)
+        .from_zero()
+        .height(220.0);
+    for (n, m) in diagnosis.mechanisms.iter().enumerate() {
+        chart = chart.note(n as f64 + 0.62, 100.0 * m.share_of_mismatch, &m.id);
+    }
+    page.picture(&chart.svg());
+    let rows: Vec<Vec<String>> = diagnosis
+        .mechanisms
+        .iter()
+        .enumerate()
+        .map(|(n, m)| {
+            let carried = match m.carried_over {
+                Some(true) => "yes",
+                Some(false) => "no",
+                None => "says nothing there",
+            };
+            vec![
+                format!("{}", n + 1),
+                m.id.clone(),
+                m.kind.to_owned(),
+                format!("{:.1} %", 100.0 * m.share_of_mismatch),
+                format!("{:.2}", m.confidence),
+                m.equivalents.join(", "),
+                carried.to_owned(),
+                m.statement.clone(),
+            ]
+        })
+        .collect();
+    let header = ["", "cause", "kind", "share", "confidence", "not to be told from", "carried over", "in words"];
+    page.table(&header, &rows);
+    let rows: Vec<Vec<String>> = diagnosis
+        .mechanisms
+        .iter()
+        .flat_map(|m| {
+            m.parameters.iter().map(|p| {
+                vec![
+                    m.id.clone(),
+                    p.name.clone(),
+                    format!("{:.4e}", p.value),
+                    format!("{:.3e}", p.ci95[0]),
+                    format!("{:.3e}", p.ci95[1]),
+                    p.unit.clone(),
+                ]
+            })
+        })
+        .collect();
+    if !rows.is_empty() {
+        page.table(&["cause", "parameter", "value", "95 % from", "95 % to", "unit"], &rows);
+    }
+    let left = &diagnosis.unexplained;
+    if left.share_of_mismatch > 0.0 {
+        page.prose(&format!(
+            "Without any explanation: {:.1} % of the squared mismatch, {} N. {}",
+            100.0 * left.share_of_mismatch,
+            newtons(left.rmse_n),
+            left.signature
+        ));
+    }
+}
+
+/// Every axis, those on which a cause was located first.
+fn pictures(page: &mut Page, diagnosis: &Diagnosis, views: &[AxisView]) {
+    if views.is_empty() {
+        return;
+    }
+    page.heading("Where");
+    page.prose(
+        "Measured less simulated force, mean of each stretch of an axis, before and after; shaded is where a cause shows. \
+         Along speed, time, travel, preload and temperature the mismatch is counted against the motion.",
+    );
+    let located = |view: &&AxisView| diagnosis.regions.iter().any(|r| r.axis == view.axis);
+    let (first, others): (Vec<&AxisView>, Vec<&AxisView>) = views.iter().partition(located);
+    for view in first.into_iter().chain(others) {
+        let unit = if view.unit.is_empty() { String::new() } else { format!(" ({})", view.unit) };
+        let line = |of: &dyn Fn(&super::Bin) -> f64| view.bins.iter().map(|b| (b.at, of(b))).collect::<Vec<_>>();
+        let mut chart = Chart::new(&format!("over {}", view.axis), &format!("{}{unit}", view.axis), "mismatch (N)")
+            .dashed("as given", line(&|b| b.before_n))
+            .line("with what was found", line(&|b| b.after_n))
+            .height(260.0);
+        for region in diagnosis.regions.iter().filter(|r| r.axis == view.axis) {
+            chart = chart.region(region.from, region.to, &region.id);
+        }
+        page.picture(&chart.svg());
+    }
+    let elsewhere: Vec<String> = diagnosis
+        .regions
+        .iter()
+        .filter(|r| views.iter().all(|v| v.axis != r.axis))
+        .map(|r| format!("{}: {} from {:.4e} to {:.4e} {}", r.id, r.axis, r.from, r.to, r.unit))
+        .collect();
+    if !elsewhere.is_empty() {
+        page.list(elsewhere);
+    }
+}
+
+fn quality(page: &mut Page, diagnosis: &Diagnosis) {
+    let q = &diagnosis.data_quality;
+    page.heading("The recording");
+    page.prose(&format!("{} of {} rows were compared; {} gaps in time.", q.used, q.samples, q.gaps));
+    if !q.rejected.is_empty() {
+        let rows: Vec<Vec<String>> =
+            q.rejected.iter().map(|(reason, rows)| vec![(*reason).to_owned(), rows.to_string()]).collect();
+        page.table(&["not compared because", "rows"], &rows);
+    }
+}
+
+fn newtons(x: f64) -> String {
+    format!("{x:.4}")
+}
