@@ -121,6 +121,9 @@ pub(crate) struct Bench<'a> {
     /// Precision and pull of the tangent's columns.
     prior: Vec<(f64, f64)>,
     pub(crate) tangent: Vec<Vec<f64>>,
+    /// Whitened square of the largest force that a cause may have: one that is larger than all that was measured only
+    /// cancels against others.
+    pub(crate) largest: f64,
 }
 
 impl<'a> Bench<'a> {
@@ -141,6 +144,7 @@ impl<'a> Bench<'a> {
             products: Symmetric::zeros(0),
             prior,
             tangent: Vec::new(),
+            largest: f64::INFINITY,
         };
         let white = bench.rows.white(mismatch);
         bench.push(white);
@@ -286,6 +290,12 @@ impl<'a> Bench<'a> {
             }
         }
         let (nats, amplitudes) = signed(&left, &right, &candidate.signs);
+        let own: f64 = (0..count)
+            .map(|i| amplitudes[i] * (0..count).map(|j| candidate.own.get(i, j) * amplitudes[j]).sum::<f64>())
+            .sum();
+        if own > self.largest {
+            return Gain { nats: 0.0, score: f64::NEG_INFINITY, amplitudes: vec![0.0; count] };
+        }
         let used = amplitudes.iter().filter(|x| **x != 0.0).count().max(1);
         let freedom = used + candidate.source.shapes();
         Gain { nats, score: nats - 0.5 * freedom as f64 * self.ln_rows(), amplitudes }

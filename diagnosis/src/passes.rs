@@ -79,6 +79,7 @@ pub(crate) fn run<'s>(
             tangent.clone(),
             prior(nominal, &values),
         );
+        bench.largest = rows.white(&side.drag_n).iter().map(|x| f64::from(*x) * f64::from(*x)).sum();
         let mut pool = Pool::new(&bench, &tolerances);
         let noise = noise_rms(&rows, &saturated(&rows, &side.contexts, &mismatch, &tangent, &curves, &[]));
         let floor_n = (simulation.tolerance.relevance * drag_rms).max(FLOOR_OF_NOISE * noise);
