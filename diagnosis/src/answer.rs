@@ -9,6 +9,7 @@ use crate::finding::{comes_and_goes, finding};
 use crate::nominal::Nominal;
 use crate::open_set;
 use crate::passes::Found;
+use crate::refit;
 use crate::region::region;
 use crate::report::{DataQuality, Diagnosis, Finding, NextExperiment, Region, SCHEMA, Unexplained, Verdict};
 use crate::rest::{power, shares};
@@ -54,6 +55,7 @@ impl Balance {
 
 /// Writes both.
 pub(crate) fn write(
+    simulation: &Simulation,
     nominal: &Nominal,
     side: &Side<'_>,
     training: &[bool],
@@ -92,7 +94,17 @@ pub(crate) fn write(
     }
     findings.sort_by(|a, b| b.0.share_of_mismatch.total_cmp(&a.0.share_of_mismatch));
     let (mechanisms, regions): (Vec<Finding>, Vec<Option<Region>>) = findings.into_iter().unzip();
-    let augmented = augmented(nominal, &found.with_shifts, &found.members, &amplitudes, &mut quality.warnings);
+    let mut written = (found.with_shifts.clone(), amplitudes);
+    if nominal.is_incomplete() && !found.members.is_empty() {
+        match refit::together(simulation, nominal, side, training, found)? {
+            Some(both) => written = both,
+            None => quality.warnings.push(
+                "law and causes do not come to rest together: the augmented simulation is only near what was found"
+                    .to_owned(),
+            ),
+        }
+    }
+    let augmented = augmented(nominal, &written.0, &found.members, &written.1, &mut quality.warnings);
     let signature = if mechanisms.is_empty() { "nothing beyond the noise" } else { "the rest is noise-like" };
     let diagnosis = Diagnosis {
         schema: SCHEMA,

@@ -107,6 +107,6 @@ fn attempt(
         found = passes::run(simulation, &nominal, &side, rows, &training, &law_only)?;
     }
     let proof = scores::score(simulation, &nominal, &side, holdout, &split, coarsest, &law_only, &found, options)?;
-    let (diagnosis, augmented) = answer::write(&nominal, &side, &training, &found, proof, quality)?;
+    let (diagnosis, augmented) = answer::write(simulation, &nominal, &side, &training, &found, proof, quality)?;
     Ok(Outcome { diagnosis, augmented: Some(augmented) })
 }

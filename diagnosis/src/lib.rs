@@ -39,6 +39,7 @@ mod nominal;
 mod open_set;
 mod passes;
 mod proof;
+mod refit;
 mod region;
 pub mod report;
 mod resolution;
