@@ -19,14 +19,17 @@ const MOST_ROUNDS: usize = 40;
 /// Change of the law's numbers, of their size, that ends it: whitened columns are kept in single precision.
 const STILL: f64 = 1e-4;
 
-/// The law's numbers, and the amplitudes of every member, that fit together. `None` where they do not come to rest.
+/// The law's numbers, and the amplitudes of every member.
+pub(crate) type Together = (Vec<f64>, Vec<Vec<f64>>);
+
+/// What fits together. `None` where it does not come to rest.
 pub(crate) fn together(
     simulation: &Simulation,
     nominal: &Nominal,
     side: &Side<'_>,
     training: &[bool],
     found: &Found<'_>,
-) -> Result<Option<(Vec<f64>, Vec<Vec<f64>>)>, String> {
+) -> Result<Option<Together>, String> {
     let mut values = found.with_shifts.clone();
     for _ in 0..MOST_ROUNDS {
         let again = side.again(simulation, nominal, &values)?;
