@@ -15,7 +15,7 @@ AXIS_IDS = ("direction-asymmetry", "stribeck", "drive-ripple", "structural-reson
             "coupling-backlash", "cable-chain", "encoder-cyclic-error", "speed-noise", "parameter-shift", "clean", "force-saturation")
 AXIS_ONLY = ("speed-noise", "encoder-cyclic-error")  # they show where friction or inertia depends strongly on speed
 TRAVEL_BOUND = {"run-in", "preload-loss", "force-drift", "starvation", "self-heating", "viscosity-temperature"}
-KINDS = ("single", "clean", "shift", "sensor", "pair", "unknown", "undecidable", "damaged", "axis")
+KINDS = ("single", "clean", "shift", "sensor", "pair", "triple", "unknown", "undecidable", "damaged", "axis")
 
 # designs that cannot separate by construction: (true effect, changes of the design, what else the answer must hold, next run)
 UNDECIDABLE = (
@@ -200,12 +200,13 @@ def _plan(rng, kind, effect, variant):
     elif kind == "shift":
         plan["classes"] = [ParameterShift]
         plan["design"] = {"shift_param": effect} if effect else {}
-    elif kind == "pair":
+    elif kind in ("pair", "triple"):
+        count = 2 if kind == "pair" else 3
         pool = [i for i in list(PHYSICS) + list(SENSORS) if i not in AXIS_ONLY + ("stribeck", "force-gain", "force-quantisation", "force-saturation")]
-        names = effect.split("+") if effect else rng.choice(pool, 2, replace=False)
+        names = effect.split("+") if effect else rng.choice(pool, count, replace=False)
         if not effect:
-            while set(names) in ({"force-offset", "gravity-tilt"}, {"moment-load", "inertia"}):
-                names = rng.choice(pool, 2, replace=False)
+            while any(twins <= set(names) for twins in ({"force-offset", "gravity-tilt"}, {"moment-load", "inertia"})):
+                names = rng.choice(pool, count, replace=False)
         # converter and encoder effects act last whatever the order of the list
         plan["classes"] = [table[str(n)] for n in names]
     elif kind == "unknown":
