@@ -24,3 +24,4 @@ pub mod recording;
 pub mod replay;
 pub mod report;
 pub mod rig;
+pub mod trial;

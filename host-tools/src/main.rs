@@ -24,6 +24,7 @@ enum Command {
     Replay(cmd::replay::Arguments),
     Dbc(cmd::dbc::Arguments),
     Parameters(cmd::parameters::Arguments),
+    Trial(cmd::trial::Arguments),
     #[cfg(feature = "emulator")]
     Demo(cmd::demo::Arguments),
 }
@@ -34,6 +35,7 @@ fn main() -> ExitCode {
         Command::Replay(arguments) => cmd::replay::run(arguments),
         Command::Dbc(arguments) => cmd::dbc::run(arguments),
         Command::Parameters(arguments) => cmd::parameters::run(arguments),
+        Command::Trial(arguments) => cmd::trial::run(arguments),
         #[cfg(feature = "emulator")]
         Command::Demo(arguments) => cmd::demo::run(arguments),
     };

@@ -6,6 +6,7 @@ pub(crate) mod decode;
 pub(crate) mod demo;
 pub(crate) mod parameters;
 pub(crate) mod replay;
+pub(crate) mod trial;
 
 use std::fmt::Display;
 use std::fs::File;
@@ -21,7 +22,6 @@ use host_tools::report;
 #[derive(Debug)]
 pub(crate) enum Failure {
     /// A check that the command makes did not hold; what it was has been printed.
-    #[cfg_attr(not(feature = "emulator"), expect(dead_code, reason = "only the demo checks something"))]
     Check,
     /// Wrong arguments, a file that is not there.
     Usage(String),
