@@ -1,0 +1,183 @@
+//! A concealed trial from end to end, and every way to tamper with it.
+//!
+//! Needs Python with numpy and scipy; says so and passes where there is none.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn guideblock(words: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_guideblock"))
+        .args(words)
+        .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+        .output()
+        .unwrap()
+}
+
+fn has_python() -> bool {
+    let asked = Command::new("python3").args(["-c", "import numpy, scipy"]).output();
+    let is_there = asked.is_ok_and(|answer| answer.status.success());
+    if !is_there {
+        eprintln!("skipped: python3 with numpy and scipy is needed");
+    }
+    is_there
+}
+
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    if folder.exists() {
+        fs::remove_dir_all(&folder).unwrap();
+    }
+    folder
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+fn make(folder: &Path, made_at: &str) -> String {
+    let made = guideblock(&[
+        "trial",
+        "make",
+        "--seed",
+        "11",
+        "--records",
+        "8",
+        "--salt-seed",
+        "1",
+        "--made-at",
+        made_at,
+        "--python",
+        "python3",
+        "--out",
+        text(folder),
+    ]);
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    String::from_utf8(made.stdout).unwrap()
+}
+
+const DIAGNOSIS: &str = concat!("python3 ", env!("CARGO_MANIFEST_DIR"), "/tests/rule_of_thumb.py");
+
+/// Runs, and says whether a namespace could be had.
+fn run(folder: &Path) {
+    let ran = guideblock(&["trial", "run", text(folder), "--answers-open", "--binary", DIAGNOSIS]);
+    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+}
+
+/// Changes a file for the time of an opening; returns what was said and the exit status.
+fn opened_with(folder: &Path, file: &str, change: impl Fn(&mut Vec<u8>)) -> (Option<i32>, String) {
+    let path = folder.join(file);
+    let before = fs::read(&path).unwrap();
+    let mut after = before.clone();
+    change(&mut after);
+    assert_ne!(before, after);
+    fs::write(&path, after).unwrap();
+    let opened = guideblock(&["trial", "open", text(folder)]);
+    fs::write(&path, before).unwrap();
+    (opened.status.code(), String::from_utf8(opened.stderr).unwrap())
+}
+
+#[test]
+fn a_trial_is_made_run_and_opened_and_no_tampering_passes() {
+    if !has_python() {
+        return;
+    }
+    let folder = folder("trial");
+    let root = make(&folder, "1000");
+    assert_eq!(fs::read_to_string(folder.join("root.txt")).unwrap(), root);
+    run(&folder);
+    let opened = guideblock(&["trial", "open", text(&folder)]);
+    assert_eq!(opened.status.code(), Some(0), "{}", String::from_utf8_lossy(&opened.stderr));
+    let score: serde_json::Value = serde_json::from_slice(&fs::read(folder.join("score.json")).unwrap()).unwrap();
+    let records = score[0]["records"].as_array().unwrap();
+    let blocks: std::collections::BTreeSet<_> =
+        records.iter().map(|record| record["block"].as_str().unwrap()).collect();
+    assert_eq!(blocks.len(), 8, "every block");
+    let page = fs::read_to_string(folder.join("trial.html")).unwrap();
+    assert!(page.contains(root.trim()) && !page.contains("http://localhost"));
+
+    let flip = |bytes: &mut Vec<u8>| {
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 1;
+    };
+    for (file, complaint) in [
+        ("answers/r0003.truth.json", "answers/r0003.truth.json: altered after it was sealed"),
+        ("answers/r0003.truth-force.npy", "altered after it was sealed"),
+        ("answers/trial.json", "answers/trial.json: altered after it was sealed"),
+        ("records/r0002/recording.csv", "records/r0002/recording.csv: recording altered after the root was printed"),
+        ("root.txt", "altered after the root was printed"),
+        ("run/r0001.json", "diagnosis altered after the run"),
+    ] {
+        let (status, said) = opened_with(&folder, file, flip);
+        assert_eq!(status, Some(1), "{file}: {said}");
+        assert!(said.contains(complaint), "{file}: {said}");
+    }
+    let (status, said) = opened_with(&folder, "run/run.json", |bytes| {
+        let mut run: serde_json::Value = serde_json::from_slice(bytes).unwrap();
+        run["started_s"] = 999.into();
+        *bytes = run.to_string().into_bytes();
+    });
+    assert_eq!(status, Some(1));
+    assert!(said.contains("diagnosis older than the envelope"), "{said}");
+
+    let again = guideblock(&["trial", "run", text(&folder), "--binary", DIAGNOSIS]);
+    assert_eq!(again.status.code(), Some(2), "a trial is run once");
+}
+
+#[test]
+fn the_same_seeds_give_the_same_root() {
+    if !has_python() {
+        return;
+    }
+    let (one, other) = (folder("root-one"), folder("root-other"));
+    assert_eq!(make(&one, "5"), make(&other, "5"));
+}
+
+#[test]
+fn a_recording_altered_before_the_run_stops_it_and_a_spy_sees_no_answer() {
+    if !has_python() {
+        return;
+    }
+    let folder = folder("spy");
+    make(&folder, "1000");
+    let path = folder.join("records/r0001/simulation.toml");
+    let before = fs::read(&path).unwrap();
+    fs::write(&path, b"# other").unwrap();
+    let stopped = guideblock(&["trial", "run", text(&folder), "--binary", DIAGNOSIS]);
+    assert_eq!(stopped.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&stopped.stderr).contains("recording altered after the root was printed"));
+    fs::write(&path, before).unwrap();
+
+    // a program that copies what it can see of the answers into its diagnosis
+    let spy = folder.join("spy.sh");
+    fs::write(
+        &spy,
+        format!("cat {0}/answers/*.truth.json {0}/records/r0002/* > diagnosis.json\nexit 0\n", folder.display()),
+    )
+    .unwrap();
+    let ran = guideblock(&["trial", "run", text(&folder), "--binary", &format!("sh {}", spy.display())]);
+    if ran.status.code() == Some(2) {
+        eprintln!("no namespaces here: the run was refused, as it should be");
+        assert!(String::from_utf8_lossy(&ran.stderr).contains("answers can be read"));
+        return;
+    }
+    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    for n in 1..=8 {
+        assert_eq!(fs::read(folder.join(format!("run/r000{n}.json"))).unwrap(), b"", "nothing was seen");
+    }
+    for (name, what, status) in [("slow", "sleep 9", "time-out"), ("crash", "kill -9 $$", "crash")] {
+        let program = folder.join(format!("{name}.sh"));
+        fs::write(&program, what).unwrap();
+        let into = folder.join(name);
+        let binary = format!("sh {}", program.display());
+        let words = ["trial", "run", text(&folder), "--into", text(&into), "--limit", "0.3", "--jobs", "4"];
+        assert!(guideblock(&[&words[..], &["--binary", &binary]].concat()).status.success());
+        let run: serde_json::Value = serde_json::from_slice(&fs::read(into.join("run.json")).unwrap()).unwrap();
+        assert!(run["records"].as_object().unwrap().values().all(|ending| ending["status"] == status), "{run}");
+        assert!(guideblock(&["trial", "open", text(&folder), "--run", text(&into)]).status.success());
+        let score: serde_json::Value = serde_json::from_slice(&fs::read(folder.join("score.json")).unwrap()).unwrap();
+        let records = score[0]["records"].as_array().unwrap();
+        assert!(records.iter().all(|record| record["outcome"] == "no-answer"), "{name} counts as wrong");
+    }
+}
