@@ -153,7 +153,7 @@ fn a_recording_altered_before_the_run_stops_it_and_a_spy_sees_no_answer() {
     let spy = folder.join("spy.sh");
     fs::write(
         &spy,
-        format!("cat {0}/answers/*.truth.json {0}/records/r0002/* > diagnosis.json\nexit 0\n", folder.display()),
+        format!("umount {0}/answers\numount {0}/records\ncat {0}/answers/*.truth.json {0}/records/r0002/* > diagnosis.json\nexit 0\n", folder.display()),
     )
     .unwrap();
     let ran = guideblock(&["trial", "run", text(&folder), "--binary", &format!("sh {}", spy.display())]);

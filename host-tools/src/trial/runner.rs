@@ -228,7 +228,7 @@ impl Isolation {
         }
         let mut command = Command::new("unshare");
         command.args(["--user", "--map-root-user", "--mount", "--", "sh", "-c"]);
-        command.arg("mount -t tmpfs none \"$1\" && mount -t tmpfs none \"$2\" && shift 2 && exec \"$@\"").arg("sh");
+        command.arg("mount -t tmpfs none \"$1\" && mount -t tmpfs none \"$2\" && shift 2 && exec unshare --user --map-root-user --mount -- \"$@\"").arg("sh");
         command.arg(folder.join("answers")).arg(folder.join("records")).current_dir(work);
         command
     }
