@@ -3,7 +3,7 @@
 //! ```text
 //! live bus or log  -> candump -> decode -------------+
 //! raw recording    -> recording::raw -> replay ------+-> report: table, CSV, JSON, picture
-//! run of an axis   -> recording::axis -> rig --+     |
+//! run of an axis   -> recording -> rig --------+     |
 //! firmware image   -> emulator ----------------+-----+
 //! ```
 //!
@@ -14,14 +14,19 @@
 #![forbid(unsafe_code)]
 
 pub mod batch;
+pub mod calculator;
+pub mod calibrate;
 pub mod candump;
 pub mod decode;
 #[cfg(feature = "emulator")]
 pub mod emulated;
+pub mod estimate;
 pub mod judgement;
+pub mod paper;
 pub mod parameters;
 pub mod recording;
 pub mod replay;
 pub mod report;
 pub mod rig;
+pub mod simulate;
 pub mod trial;

@@ -22,9 +22,16 @@ struct Arguments {
 enum Command {
     Decode(cmd::decode::Arguments),
     Replay(cmd::replay::Arguments),
+    Convert(cmd::convert::Arguments),
     Dbc(cmd::dbc::Arguments),
     Parameters(cmd::parameters::Arguments),
     Trial(cmd::trial::Arguments),
+    Preload(cmd::preload::Arguments),
+    Drag(cmd::drag::Arguments),
+    Estimate(cmd::estimate::Arguments),
+    Calibrate(cmd::calibrate::Arguments),
+    Simulate(Box<cmd::simulate::Arguments>),
+    Paper(cmd::paper::Arguments),
     #[cfg(feature = "emulator")]
     Demo(cmd::demo::Arguments),
 }
@@ -33,9 +40,16 @@ fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Decode(arguments) => cmd::decode::run(arguments),
         Command::Replay(arguments) => cmd::replay::run(arguments),
+        Command::Convert(arguments) => cmd::convert::run(arguments),
         Command::Dbc(arguments) => cmd::dbc::run(arguments),
         Command::Parameters(arguments) => cmd::parameters::run(arguments),
         Command::Trial(arguments) => cmd::trial::run(arguments),
+        Command::Preload(arguments) => cmd::preload::run(&arguments),
+        Command::Drag(arguments) => cmd::drag::run(&arguments),
+        Command::Estimate(arguments) => cmd::estimate::run(&arguments),
+        Command::Calibrate(arguments) => cmd::calibrate::run(&arguments),
+        Command::Simulate(arguments) => cmd::simulate::run(&arguments),
+        Command::Paper(arguments) => cmd::paper::run(arguments),
         #[cfg(feature = "emulator")]
         Command::Demo(arguments) => cmd::demo::run(arguments),
     };

@@ -21,9 +21,9 @@ const BENCH: &str = include_str!("../runs/bench.toml");
 /// The run as the block on this desk tells it; the seed decides the sensors' noise.
 fn run(seed: u64) -> Vec<Point> {
     let record = from_bench(BENCH).expect("bundled");
-    let recording = axis::read("bundled", RUN.as_bytes()).expect("bundled");
-    assert_eq!(recording.losses.problems, []);
-    let track = Track::new(recording.longest_part()).expect("rows");
+    let (run, losses) = axis::read("bundled", RUN.as_bytes()).expect("bundled");
+    assert_eq!(losses.problems, []);
+    let track = Track::new(&run, run.longest_part()).expect("rows");
     let front_end = FrontEnd::new(record.params.calibration, ChannelNoise::BENCH, seed);
     let mut rig = Rig::new(track, front_end);
     let mut replay = Replay::new(&record).expect("legal");

@@ -220,3 +220,33 @@ fn demo_says_how_to_build_what_is_missing() {
     let run = guideblock(&["demo", "--image", "runs/bench.toml", "--out", env!("CARGO_TARGET_TMPDIR")], b"");
     assert_eq!(run.status, Some(3), "{}", run.stderr);
 }
+
+#[test]
+fn paper_says_what_holds_and_what_does_not() {
+    let run = guideblock(&["paper"], b"");
+    assert_eq!((run.status, run.stderr.as_str()), (Some(0), ""));
+    expect("paper.txt", &run.stdout);
+    let json = guideblock(&["paper", "--json"], b"");
+    let object: serde_json::Value = serde_json::from_str(&json.stdout).expect("one object");
+    assert_eq!(object["schema"], "guideblock.paper/1");
+    assert_eq!(object["readings"].as_array().map(Vec::len), Some(8));
+    for claim in object["grid"].as_array().expect("a list") {
+        assert_eq!(claim["rulings"].as_array().map(Vec::len), Some(8), "{claim}");
+    }
+}
+
+#[test]
+fn paper_page_needs_nothing_from_the_net() {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("paper.html");
+    let run = guideblock(&["paper", "--html", path.to_str().expect("text")], b"");
+    assert_eq!(run.status, Some(0), "{}", run.stderr);
+    let page = fs::read_to_string(&path).expect("written");
+    assert!(page.contains("<svg") && page.contains("0.00166 at 500 N") && page.contains("0.00197 at 1500 N"));
+    assert!(page.contains("prefers-color-scheme:dark") && page.contains("@media print"));
+    for outside in ["src=", "href=", "@import", "url("] {
+        assert!(!page.contains(outside), "{outside}");
+    }
+    // a place that cannot be written is the caller's mistake, and nothing is printed as if all were well
+    let bad = guideblock(&["paper", "--html", "/nowhere/at/all.html"], b"");
+    assert_eq!((bad.status, bad.stdout.as_str()), (Some(2), ""));
+}

@@ -159,8 +159,29 @@ impl Exact {
         (q < self.load_limit_n()).then_some(q)
     }
 
-    /// dlnF_p/dlnQ.
-    fn preload_load_exponent(&self, q: f64) -> f64 {
+    /// Load per ball of a lateral force on the split block, N; `None` unless the force is positive and its load
+    /// lies within the geometry.
+    ///
+    /// `F_H = 2 Z_b Q sin β` (Eq. 2) rises with Q, so halving the interval of all loads finds it.
+    pub fn load_of_lateral_force(&self, force_n: f64) -> Option<f64> {
+        let (mut low, mut high) = (0.0, self.load_limit_n());
+        if !(force_n > 0.0 && force_n < self.lateral_force_n(high)) {
+            return None;
+        }
+        // a hundred halvings leave no double between the ends
+        for _ in 0..100 {
+            let middle = 0.5 * (low + high);
+            if self.lateral_force_n(middle) < force_n {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        Some(high)
+    }
+
+    /// dlnF_p/dlnQ: 1 with a fixed contact angle, 1/3 to 1 where it follows the load.
+    pub fn preload_load_exponent(&self, q: f64) -> f64 {
         match self.guide.contact_angle {
             ContactAngle::Fixed => 1.0,
             ContactAngle::Exact => {
@@ -262,6 +283,20 @@ mod tests {
                 let h = |q: f64| libm::log(model.hersey(q, 100.0, 0.05));
                 let numeric = (h(q * (1.0 + d)) - h(q * (1.0 - d))) / (2.0 * d);
                 assert!((numeric - model.hersey_load_exponent(q)).abs() < 1e-8);
+            }
+        }
+    }
+
+    #[test]
+    fn every_lateral_force_has_one_load() {
+        for guide in [GUIDE, GUIDE_PRODUCTION] {
+            let model = Exact::new(guide, FRICTION);
+            for q in [1e-3, 1.0, 26.0, 540.0, 7000.0] {
+                let back = model.load_of_lateral_force(model.lateral_force_n(q)).expect("inside");
+                assert!((back / q - 1.0).abs() < 1e-14, "{q}: {back}");
+            }
+            for force in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e7] {
+                assert_eq!(model.load_of_lateral_force(force), None, "{force}");
             }
         }
     }

@@ -13,7 +13,7 @@ pub type Optional = Option<Vec<f64>>;
 pub struct Run {
     /// Name in reports, usually that of the file.
     pub name: String,
-    /// Time, s. Falls only where a part starts with [`Break::ClockJump`].
+    /// Time, s. Falls only where a part starts, with [`Break::ClockJump`] or [`Break::Segment`].
     pub time_s: Vec<f64>,
     /// Drag force, N, finite in every row.
     pub drag_force_n: Vec<f64>,
@@ -56,7 +56,7 @@ pub struct Part {
 pub enum Break {
     /// The recording starts.
     Start,
-    /// The column `segment` changes: the next part of a test profile. A jump in time is normal here.
+    /// The column `segment` changes: the next part of a test profile. A jump in time, either way, is normal here.
     Segment,
     /// Samples are missing.
     Gap,
@@ -73,6 +73,13 @@ impl Run {
     /// Whether there is no row at all.
     pub fn is_empty(&self) -> bool {
         self.time_s.is_empty()
+    }
+
+    /// Rows of the part with most of them, the first of equals; empty without a part.
+    pub fn longest_part(&self) -> Range<usize> {
+        // `max_by_key` would take the last of equals; the first is the one a reader expects
+        let longer = |a: Range<usize>, b: Range<usize>| if b.len() > a.len() { b } else { a };
+        self.parts.iter().map(|part| part.rows.clone()).reduce(longer).unwrap_or(0..0)
     }
 
     /// Median distance of rows in time, s; NaN below two rows of one part.
@@ -101,5 +108,7 @@ mod tests {
             Run { time_s: vec![0.0, 1.0, 2.0, 90.0, 91.0], parts: vec![part(0..3), part(3..5)], ..Run::default() };
         assert_eq!(run.step_s(), 1.0);
         assert!(Run::default().step_s().is_nan());
+        assert_eq!(run.longest_part(), 0..3);
+        assert_eq!(Run::default().longest_part(), 0..0);
     }
 }

@@ -4,15 +4,14 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Every workspace crate and which workspace crates it may know.
-const LAYERS: [(&str, &[&str]); 10] = [
+const LAYERS: [(&str, &[&str]); 9] = [
     ("model-core", &[]),
     ("can-wire", &["model-core"]),
     ("firmware", &["model-core", "can-wire"]),
     ("simulation", &["model-core"]),
     ("calibration", &["model-core", "simulation"]),
-    ("diagnosis", &["model-core", "simulation"]),
     ("host-tools/virtual-board", &[]),
-    ("host-tools", &["model-core", "can-wire", "simulation", "calibration", "diagnosis", "virtual-board"]),
+    ("host-tools", &["model-core", "can-wire", "simulation", "calibration", "virtual-board"]),
     ("tests/on-target", &["model-core"]),
     (
         "tests",
@@ -21,7 +20,6 @@ const LAYERS: [(&str, &[&str]); 10] = [
             "can-wire",
             "simulation",
             "calibration",
-            "diagnosis",
             "host-tools",
             "virtual-board",
             "on-target",

@@ -25,11 +25,11 @@ fn a_real_axis_recording_runs_through_the_image() {
         println!("skipped: {} is not there (set GUIDEBLOCK_DATA to the folder that holds it)", path.display());
         return;
     };
-    let recording = axis::read("emps_train.csv", file).expect("a recording");
+    let (run, _) = axis::read("emps_train.csv", file).expect("a recording");
     // the axis weighs 95 kg and its force reaches 120 N: a bridge of ±200 N
     let mut params = Params { moved_mass_kg: 95.0, ..BENCH };
     params.calibration.force.newtons_per_code *= 2.0;
-    let track = Track::new(recording.longest_part()).expect("rows");
+    let track = Track::new(&run, run.longest_part()).expect("rows");
     let seconds = track.duration_s();
     assert!(seconds > 24.0, "{seconds} s");
     // the axis has no thermometer: one at 30 °C stands in

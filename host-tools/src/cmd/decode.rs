@@ -7,6 +7,7 @@ use can_wire::NodeId;
 use host_tools::decode::Decoder;
 use host_tools::report::Emitter;
 
+use super::progress::Bar;
 use super::{Failure, Format, Input, node, open, output, say};
 
 /// Prints what guide blocks said on the bus
@@ -31,8 +32,11 @@ pub(crate) struct Arguments {
     node: Option<NodeId>,
 }
 
+/// Lines after which the progress bar is looked at.
+const LINES_A_LOOK: u32 = 1 << 14;
+
 pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
-    let Input { name, is_live, mut reader } = open(&arguments.file)?;
+    let Input { name, is_live, length: total, mut reader } = open(&arguments.file)?;
     let mut decoder = Decoder::new(arguments.node);
     let mut emitter = Emitter::new(output(), arguments.format.into())?;
     if is_live {
@@ -40,11 +44,19 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     }
     // bytes, not text: line noise on a serial logger must not end the run
     let mut line = Vec::new();
+    let (bar, mut lines, mut done) = (Bar::of_bytes(&name), 0u32, 0);
     loop {
         line.clear();
         let length = reader.read_until(b'\n', &mut line).map_err(|e| Failure::Data(format!("{name}: {e}")))?;
         if length == 0 {
             break;
+        }
+        done += length as u64;
+        lines = lines.wrapping_add(1);
+        if let Some(total) = total
+            && lines.is_multiple_of(LINES_A_LOOK)
+        {
+            bar.at(done, total);
         }
         if let Some(decoded) = decoder.line(&line) {
             emitter.message(&decoded)?;
@@ -53,6 +65,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
             }
         }
     }
+    drop(bar);
     emitter.finish()?;
     let tally = decoder.tally();
     say(tally);

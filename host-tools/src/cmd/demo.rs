@@ -13,14 +13,16 @@ use clap::ValueEnum;
 use host_tools::emulated::{self, RigBench};
 use host_tools::judgement::{Accuracy, Agreement, accuracy, compare, silence};
 use host_tools::parameters;
-use host_tools::recording::axis::{self, AxisRecording};
+use host_tools::recording::axis;
 use host_tools::replay::Replay;
 use host_tools::rig::Rig;
 use host_tools::rig::front_end::{ChannelNoise, FrontEnd};
 use host_tools::rig::track::Track;
+use simulation::run::Run;
 use virtual_board::{Chip, VirtualBoard};
 
-use super::{Failure, open, say};
+use super::recordings::RecordingArguments;
+use super::{Failure, say};
 use files::Remains;
 use live::Live;
 
@@ -115,16 +117,12 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         )
     })?;
     let record = record(arguments.bench.as_ref())?;
-    let (name, recording) = recording(arguments.recording.as_ref())?;
-    let part = recording.longest_part();
-    if part.len() < recording.samples.len() {
-        say(format_args!(
-            "{name}: playing the longest part without gaps, {} of {} rows",
-            part.len(),
-            recording.samples.len()
-        ));
+    let run = recording(arguments.recording.as_ref())?;
+    let (name, part) = (&run.name, run.longest_part());
+    if part.len() < run.len() {
+        say(format_args!("{name}: playing the longest part without gaps, {} of {} rows", part.len(), run.len()));
     }
-    let Some(track) = Track::new(part) else { return Err(Failure::Data(format!("{name}: no rows"))) };
+    let Some(track) = Track::new(&run, part) else { return Err(Failure::Data(format!("{name}: no rows"))) };
     let front_end = FrontEnd::new(record.params.calibration, ChannelNoise::BENCH, arguments.seed);
     let flash = parameters::to_bytes(&record).map_err(Failure::data)?;
 
@@ -194,19 +192,12 @@ fn record(bench: Option<&PathBuf>) -> Result<ParameterRecord, Failure> {
     parameters::from_bench(&text).map_err(|why| Failure::Data(format!("{name}: {why}")))
 }
 
-fn recording(path: Option<&PathBuf>) -> Result<(String, AxisRecording), Failure> {
-    let (name, recording) = match path {
-        Some(path) => {
-            let input = open(path)?;
-            (input.name.clone(), axis::read(&input.name, input.reader))
-        }
-        None => ("bundled run shs35_preload_loss.csv".to_owned(), axis::read("bundled run", RUN.as_bytes())),
+fn recording(path: Option<&PathBuf>) -> Result<Run, Failure> {
+    let (run, _) = match path {
+        Some(path) => RecordingArguments::default().open(path, &[])?,
+        None => axis::read("bundled run shs35_preload_loss.csv", RUN.as_bytes())?,
     };
-    let recording = recording.map_err(Failure::data)?;
-    for line in recording.losses.describe(&name) {
-        say(line);
-    }
-    Ok((name, recording))
+    Ok(run)
 }
 
 /// Standard output may be a pipe that closes; that is no panic.

@@ -1,11 +1,21 @@
 //! One file a subcommand: parse arguments, call the library, print. And what all of them share.
 
+mod calculate;
+pub(crate) mod calibrate;
+pub(crate) mod convert;
 pub(crate) mod dbc;
 pub(crate) mod decode;
 #[cfg(feature = "emulator")]
 pub(crate) mod demo;
+pub(crate) mod drag;
+pub(crate) mod estimate;
+pub(crate) mod paper;
 pub(crate) mod parameters;
+pub(crate) mod preload;
+pub(crate) mod progress;
+pub(crate) mod recordings;
 pub(crate) mod replay;
+pub(crate) mod simulate;
 pub(crate) mod trial;
 
 use std::fmt::Display;
@@ -16,6 +26,7 @@ use std::process::ExitCode;
 
 use can_wire::NodeId;
 use clap::ValueEnum;
+use host_tools::recording::Unusable;
 use host_tools::report;
 
 /// Why a command did not do what it was asked for. The text is for the person at the terminal.
@@ -46,6 +57,16 @@ impl Failure {
 impl From<io::Error> for Failure {
     fn from(error: io::Error) -> Self {
         Failure::Output(error)
+    }
+}
+
+impl From<Unusable> for Failure {
+    fn from(why: Unusable) -> Self {
+        match why {
+            Unusable::Io { .. } => Failure::Usage(why.to_string()),
+            _ if why.is_usage() => Failure::Usage(why.to_string()),
+            _ => Failure::Data(why.to_string()),
+        }
     }
 }
 
@@ -98,6 +119,8 @@ pub(crate) struct Input {
     pub(crate) name: String,
     /// Whether more may come later, so that output must not wait.
     pub(crate) is_live: bool,
+    /// Bytes in it, where that is known.
+    pub(crate) length: Option<u64>,
     /// The text.
     pub(crate) reader: Box<dyn BufRead>,
 }
@@ -105,10 +128,16 @@ pub(crate) struct Input {
 /// Opens an input.
 pub(crate) fn open(path: &Path) -> Result<Input, Failure> {
     if path == Path::new("-") {
-        return Ok(Input { name: "standard input".to_owned(), is_live: true, reader: Box::new(io::stdin().lock()) });
+        return Ok(Input {
+            name: "standard input".to_owned(),
+            is_live: true,
+            length: None,
+            reader: Box::new(io::stdin().lock()),
+        });
     }
     let file = File::open(path).map_err(|error| Failure::file(path, error))?;
-    Ok(Input { name: path.display().to_string(), is_live: false, reader: Box::new(BufReader::new(file)) })
+    let length = file.metadata().ok().filter(|meta| meta.is_file()).map(|meta| meta.len());
+    Ok(Input { name: path.display().to_string(), is_live: false, length, reader: Box::new(BufReader::new(file)) })
 }
 
 /// Standard output, buffered.

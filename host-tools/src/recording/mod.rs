@@ -1,216 +1,127 @@
-//! Recordings: raw samples of a block ([`raw`]) and runs of an axis ([`axis`]).
+//! Recordings: runs of an axis as CSV or Parquet ([`open`], [`axis`]), any other table of numbers ([`table`]), and raw
+//! samples of a block ([`raw`]).
 //!
-//! Both readers follow one rule: what cannot be used is named with line and column, left out and counted;
+//! ```text
+//! file or pipe -> text (CSV) or parquet -> columns asked for -> axis: checks, parts -> simulation::run::Run
+//!                                                            -> table
+//!                                 -> all columns: whole -> write: CSV, Parquet
+//! ```
+//!
+//! All readers follow one rule: what cannot be used is named with line and column, left out and counted;
 //! what is left is used. Only a file of which nothing can be used is an error ([`Unusable`]).
 
 pub mod axis;
+mod cell;
+mod columns;
+mod dialect;
+mod losses;
+mod mapping;
+mod parquet;
 pub mod raw;
+pub mod table;
+mod text;
+mod units;
+mod unusable;
+pub mod whole;
+mod write;
 
-use std::fmt;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom, stdin};
+use std::path::Path;
 
-/// What is wrong with one row. The text says what was expected and what becomes of the row.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Fault {
-    /// The row has fewer cells than the header, as when a recorder is cut off.
-    #[error("{found} cells instead of {expected}; the row is left out")]
-    ShortLine {
-        /// Cells of the row.
-        found: usize,
-        /// Cells of the header.
-        expected: usize,
-    },
-    /// The cell is no whole number of the legal range.
-    #[error("{cell:?} is not a whole number from 0 to {max}; the row is left out")]
-    NotACount {
-        /// What stands there.
-        cell: String,
-        /// Largest legal value.
-        max: u32,
-    },
-    /// The cell is no number.
-    #[error("{cell:?} is not a number (decimal mark is the point); the row is left out")]
-    NotANumber {
-        /// What stands there.
-        cell: String,
-    },
-    /// The cell is infinite or not a number.
-    #[error("{cell:?} is not finite; the row is left out")]
-    NotFinite {
-        /// What stands there.
-        cell: String,
-    },
-    /// A cell without which the row means nothing is empty.
-    #[error("not measured here, but every row needs it; the row is left out")]
-    NotMeasured,
-    /// A block of samples lacks some.
-    #[error("block {tick} has {found} of 16 samples in order; the block is left out and replay sees a gap")]
-    IncompleteBlock {
-        /// Tick of the block.
-        tick: u32,
-        /// Samples it has.
-        found: usize,
-    },
-    /// A tick that is not larger than the one before.
-    #[error("tick {tick} does not come after {last}; the block is left out (two recordings in one file?)")]
-    TickBackward {
-        /// Tick of the row.
-        tick: u32,
-        /// Tick of the block before.
-        last: u32,
-    },
-    /// The time of the row before, again.
-    #[error("time {time_s} s again; the row is left out")]
-    TimeRepeated {
-        /// The time.
-        time_s: f64,
-    },
-    /// The clock jumped back for the first time.
-    #[error("clock jumps back from {from_s} s to {to_s} s; what follows is a part of its own")]
-    ClockJump {
-        /// Time of the row before.
-        from_s: f64,
-        /// Time of this row.
-        to_s: f64,
-    },
-    /// The clock jumped back once more.
-    #[error("time {to_s} s lies before {from_s} s; the row is left out")]
-    TimeBackward {
-        /// Time of the row before.
-        from_s: f64,
-        /// Time of this row.
-        to_s: f64,
-    },
-    /// Samples are missing.
-    #[error("{missing_s:.3} s without samples (median step {step_s:.4} s); what follows is a part of its own")]
-    Gap {
-        /// Time without samples.
-        missing_s: f64,
-        /// Usual step.
-        step_s: f64,
-    },
+use simulation::run::Run;
+
+use columns::{Header, Numbers, Wanted};
+pub use losses::{Cost, Fault, Losses, Place, Problem};
+pub use mapping::{Mapping, MappingError, Selection};
+pub use unusable::Unusable;
+pub use write::{Cells, Column, Kind, write, write_csv};
+
+/// Called now and then while a file is read, from any thread, with the bytes that are done and all bytes.
+pub type Progress<'a> = &'a (dyn Fn(u64, u64) + Sync);
+
+/// A [`Progress`] that says nothing.
+pub fn silent(_done: u64, _of: u64) {}
+
+/// Below this a second thread costs more than it saves, bytes.
+const PIECE: usize = 1 << 20;
+
+/// Reads a run of an axis. The path `-` is standard input.
+///
+/// `mappings` name columns that are called otherwise or are in another unit; where there are `selections`, only rows
+/// that all of them take are read.
+///
+/// # Errors
+/// [`Unusable`] when the file cannot be read, lacks a column, leaves fewer than [`axis::MIN_ROWS`] rows, has a force
+/// that never changes, or units that cannot be meant.
+pub fn open(
+    path: &Path,
+    mappings: &[Mapping],
+    selections: &[Selection],
+    progress: Progress,
+) -> Result<(Run, Losses), Unusable> {
+    let (file, bytes) = load(path)?;
+    axis::from_bytes(&file, bytes, mappings, selections, progress)
 }
 
-/// A fault and where it stands.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Problem {
-    /// Line of the file, the first is 1.
-    pub line: u64,
-    /// Name of the column, where the fault is one of a cell.
-    pub column: Option<&'static str>,
-    /// What is wrong.
-    pub fault: Fault,
+/// The name of an input in messages and all of its bytes.
+fn load(path: &Path) -> Result<(String, Vec<u8>), Unusable> {
+    let (file, read) = if path == Path::new("-") {
+        let mut bytes = Vec::new();
+        ("standard input".to_owned(), stdin().lock().read_to_end(&mut bytes).map(|_| bytes))
+    } else {
+        (path.display().to_string(), whole(path))
+    };
+    match read {
+        Ok(bytes) => Ok((file, bytes)),
+        Err(source) => Err(Unusable::Io { file, source }),
+    }
 }
 
-impl fmt::Display for Problem {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "line {}: ", self.line)?;
-        if let Some(column) = self.column {
-            write!(f, "column {column}: ")?;
+/// The bytes of a file, read by several threads.
+fn whole(path: &Path) -> std::io::Result<Vec<u8>> {
+    let mut file = File::open(path)?;
+    let (meta, threads) = (file.metadata()?, std::thread::available_parallelism().map_or(1, usize::from));
+    let length = usize::try_from(meta.len()).unwrap_or(0);
+    if meta.is_file() && length > threads * PIECE {
+        let mut bytes = vec![0; length];
+        let share = length.div_ceil(threads);
+        let read = std::thread::scope(|scope| {
+            let read = |(n, piece): (usize, &mut [u8])| -> std::io::Result<()> {
+                let mut file = File::open(path)?;
+                file.seek(SeekFrom::Start((n * share) as u64))?;
+                file.read_exact(piece)
+            };
+            let running: Vec<_> =
+                bytes.chunks_mut(share).enumerate().map(|piece| scope.spawn(move || read(piece))).collect();
+            // a file that shrinks meanwhile, or a thread that cannot read, is tried once more as a whole
+            running.into_iter().all(|thread| matches!(thread.join(), Ok(Ok(()))))
+        });
+        if read {
+            return Ok(bytes);
         }
-        self.fault.fmt(f)
     }
+    let mut bytes = Vec::with_capacity(length);
+    file.read_to_end(&mut bytes)?;
+    Ok(bytes)
 }
 
-/// What reading a file cost.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Losses {
-    /// Rows of the file, header and comments not counted.
-    pub rows: u64,
-    /// Rows that could not be used.
-    pub lost: u64,
-    /// Everything found wrong, in the order of the file.
-    pub problems: Vec<Problem>,
-}
-
-impl Losses {
-    /// How many problems [`describe`](Self::describe) spells out.
-    pub const SPELT_OUT: usize = 5;
-
-    /// A message a line, each with the file's name: the first problems, then how many more, then the loss.
-    /// Empty when there is nothing to say.
-    pub fn describe(&self, file: &str) -> Vec<String> {
-        let mut lines: Vec<_> =
-            self.problems.iter().take(Self::SPELT_OUT).map(|problem| format!("{file}: {problem}")).collect();
-        if let more @ 1.. = self.problems.len().saturating_sub(Self::SPELT_OUT) {
-            lines.push(format!("{file}: {more} more problems of these kinds"));
-        }
-        if !lines.is_empty() {
-            lines.push(format!("{file}: {} of {} rows lost", self.lost, self.rows));
-        }
-        lines
+/// The columns that `choose` asks for, out of a file of either kind.
+fn numbers(
+    file: &str,
+    bytes: Vec<u8>,
+    choose: impl FnOnce(&Header) -> Result<Vec<Wanted>, Unusable>,
+    selections: &[Selection],
+    progress: Progress,
+) -> Result<(Vec<Wanted>, Numbers), Unusable> {
+    if bytes.starts_with(parquet::MAGIC) {
+        let table = parquet::Table::new(file, bytes)?;
+        let wanted = choose(table.header())?;
+        let numbers = table.numbers(&wanted, selections, progress)?;
+        return Ok((wanted, numbers));
     }
-
-    fn note(&mut self, line: u64, column: Option<&'static str>, fault: Fault) {
-        self.problems.push(Problem { line, column, fault });
-    }
-}
-
-/// Why nothing of a file can be used. The text says what to do.
-#[derive(Debug, thiserror::Error)]
-pub enum Unusable {
-    /// The file cannot be read.
-    #[error("{file}: {source}")]
-    Io {
-        /// The file.
-        file: String,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// The file does not say that it is what is expected.
-    #[error("{file}: line {line}: expected `{expected}`, found {found:?}; {hint}")]
-    Schema {
-        /// The file.
-        file: String,
-        /// The line.
-        line: u64,
-        /// The line that should stand there.
-        expected: String,
-        /// What stands there.
-        found: String,
-        /// What to do.
-        hint: &'static str,
-    },
-    /// A column without which the file means nothing is missing.
-    #[error("{file}: line {line}: no column {column}; the header row has: {found}")]
-    MissingColumn {
-        /// The file.
-        file: String,
-        /// The line of the header row.
-        line: u64,
-        /// The missing column, or what may stand in its place.
-        column: &'static str,
-        /// The columns that are there.
-        found: String,
-    },
-    /// Too little is left.
-    #[error("{file}: {used} usable {what} of {rows} rows, at least {needed} are needed{first}")]
-    TooFew {
-        /// The file.
-        file: String,
-        /// What is left.
-        used: usize,
-        /// Rows or blocks.
-        what: &'static str,
-        /// Rows of the file.
-        rows: u64,
-        /// What is needed.
-        needed: usize,
-        /// The first problem, ready to be appended.
-        first: String,
-    },
-    /// The force column holds one value.
-    #[error("{file}: column drag_force_n is {value_n} N in every row: sensor not connected, or the wrong column")]
-    ConstantForce {
-        /// The file.
-        file: String,
-        /// That value.
-        value_n: f64,
-    },
-}
-
-impl Unusable {
-    fn too_few(file: &str, used: usize, what: &'static str, needed: usize, losses: &Losses) -> Self {
-        let first = losses.problems.first().map_or_else(String::new, |p| format!("; first problem: {p}"));
-        Unusable::TooFew { file: file.to_owned(), used, what, rows: losses.rows, needed, first }
-    }
+    let read = text::read(file, &bytes, choose, selections, progress);
+    // giving many pages back takes as long as a tenth of the reading; nobody has to wait for it
+    std::thread::spawn(move || drop(bytes));
+    read
 }

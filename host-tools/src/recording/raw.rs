@@ -16,7 +16,7 @@ use std::io::{BufRead, Write};
 use model_core::calibration::CODE_MAX;
 use model_core::sample::{RawBlock, SAMPLE_HZ, SAMPLES_PER_BLOCK};
 
-use super::{Fault, Losses, Unusable};
+use super::{Cost, Fault, Losses, Place, Unusable};
 
 /// The value of `# schema:`.
 pub const SCHEMA: &str = "guideblock.raw/1";
@@ -59,9 +59,9 @@ pub fn read(file: &str, input: impl BufRead) -> Result<RawRecording, Unusable> {
     if header.columns.is_none() {
         return Err(Unusable::MissingColumn {
             file: file.to_owned(),
-            line: 1,
-            column: COLUMNS[0],
-            found: "nothing, the file is empty".to_owned(),
+            place: "line 1: ".to_owned(),
+            column: COLUMNS[0].to_owned(),
+            found: "the file is empty".to_owned(),
         });
     }
     if blocks.is_empty() {
@@ -162,9 +162,9 @@ impl Header {
         for (place, column) in places.iter_mut().zip(COLUMNS) {
             *place = names.iter().position(|name| *name == column).ok_or_else(|| Unusable::MissingColumn {
                 file: file.to_owned(),
-                line,
-                column,
-                found: names.join(", "),
+                place: format!("line {line}: "),
+                column: column.to_owned(),
+                found: format!("the header row has: {}", names.join(", ")),
             })?;
         }
         self.columns = Some(Columns { places, cells: names.len() });
@@ -213,10 +213,11 @@ impl Assembler {
             self.abandon(block.tick, filled);
         }
         if self.building.is_none() && sample != 0 {
-            self.losses.lost += 1;
+            self.losses.count("incomplete-block", 1);
             if !self.out_of_step {
                 self.out_of_step = true;
-                self.losses.note(self.line, Some("sample"), Fault::IncompleteBlock { tick, found: 0 });
+                let fault = Fault::IncompleteBlock { tick, found: 0 };
+                self.losses.note(Place::Line(self.line), Some("sample"), fault, Cost::AsSaid);
             }
             return;
         }
@@ -243,14 +244,16 @@ impl Assembler {
 
     /// The row at hand cannot be used, and with it the block it belongs to.
     fn spoil(&mut self, column: Option<&'static str>, fault: Fault) {
-        self.losses.note(self.line, column, fault);
-        self.losses.lost += 1 + self.building.take().map_or(0, |(_, filled)| filled as u64);
+        self.losses.count(fault.id(), 1 + self.building.take().map_or(0, |(_, filled)| filled as u64));
+        let cost = if matches!(fault, Fault::TickBackward { .. }) { Cost::AsSaid } else { Cost::Row };
+        self.losses.note(Place::Line(self.line), column, fault, cost);
         self.out_of_step = true;
     }
 
     fn abandon(&mut self, tick: u32, found: usize) {
-        self.losses.note(self.line, None, Fault::IncompleteBlock { tick, found });
-        self.losses.lost += found as u64;
+        let fault = Fault::IncompleteBlock { tick, found };
+        self.losses.count(fault.id(), found as u64);
+        self.losses.note(Place::Line(self.line), None, fault, Cost::AsSaid);
         self.building = None;
         self.out_of_step = true;
     }
@@ -296,7 +299,7 @@ mod tests {
     fn what_is_written_is_read_again() {
         let (got, losses) = ticks(&written(&[0, 1, 2, 7]));
         assert_eq!(got, [0, 1, 2, 7]);
-        assert_eq!(losses, Losses { rows: 64, lost: 0, problems: vec![] });
+        assert_eq!(losses, Losses { rows: 64, ..Losses::default() });
     }
 
     #[test]

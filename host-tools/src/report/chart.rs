@@ -422,7 +422,8 @@ impl Frame {
     }
 }
 
-/// The least and the largest value of every stretch of rows: what a column of pixels can show.
+/// The least and the largest value of every stretch of rows: what a column of pixels can show. A stretch without any is a
+/// gap; a gap within a stretch is narrower than a pixel.
 fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     if points.len() <= MOST_POINTS {
         return points.to_vec();
@@ -431,9 +432,12 @@ fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut out = Vec::with_capacity(MOST_POINTS);
     for stretch in points.chunks(size) {
         let by = |a: &&(f64, f64), b: &&(f64, f64)| a.1.total_cmp(&b.1);
-        if let (Some(low), Some(high)) = (stretch.iter().min_by(by), stretch.iter().max_by(by)) {
+        let known = || stretch.iter().filter(|(_, y)| y.is_finite());
+        if let (Some(low), Some(high)) = (known().min_by(by), known().max_by(by)) {
             let (first, second) = if low.0 <= high.0 { (low, high) } else { (high, low) };
             out.extend([*first, *second]);
+        } else {
+            out.extend(stretch.first());
         }
     }
     out
@@ -481,10 +485,15 @@ mod tests {
         let mut points: Vec<_> = (0..100_000).map(|n| (f64::from(n), 0.0)).collect();
         points[77_777].1 = 9.0;
         points[33_333].1 = -9.0;
+        // not measured here and there, and for a while
+        points[77_776].1 = f64::NAN;
+        points[33_334].1 = f64::NAN;
+        points[50_000..60_000].iter_mut().for_each(|p| p.1 = f64::NAN);
         let thin = thinned(&points);
         assert!(thin.len() <= MOST_POINTS + 2);
         assert!(thin.contains(&(77_777.0, 9.0)) && thin.contains(&(33_333.0, -9.0)));
         assert!(thin.is_sorted_by(|a, b| a.0 <= b.0));
+        assert!((150..=210).contains(&thin.iter().filter(|p| p.1.is_nan()).count()));
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! A run of an axis as a function of time: straight lines between its rows.
 
-use crate::recording::axis::AxisSample;
+use std::ops::Range;
+
+use simulation::run::Run;
 
 /// What the world does at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,27 +24,30 @@ pub struct Track {
 }
 
 impl Track {
-    /// Takes rows with increasing times. Where the recording has no position, velocity is summed up.
+    /// Takes rows of a run, all of one part. Where the recording has no position, velocity is summed up.
     ///
     /// `None` when there are no rows.
-    pub fn new(samples: &[AxisSample]) -> Option<Self> {
-        let start_s = samples.first()?.time_s;
-        let mut rows = Vec::with_capacity(samples.len());
+    pub fn new(run: &Run, rows: Range<usize>) -> Option<Self> {
+        let start_s = *run.time_s.get(rows.start)?;
+        let at = |column: &Option<Vec<f64>>, row: usize| column.as_ref().map(|column| column[row]);
+        let measured = |column, row| at(column, row).filter(|value| !value.is_nan());
+        let mut world = Vec::with_capacity(rows.len());
         let (mut position_m, mut before) = (0.0, (0.0, 0.0));
-        for sample in samples {
-            let time_s = sample.time_s - start_s;
-            let velocity = sample.velocity_m_s.unwrap_or(before.1);
-            position_m = sample.position_m.unwrap_or(position_m + 0.5 * (velocity + before.1) * (time_s - before.0));
+        for row in rows {
+            let time_s = run.time_s[row] - start_s;
+            let velocity = at(&run.velocity_m_s, row).unwrap_or(0.0);
+            position_m =
+                at(&run.position_m, row).unwrap_or(position_m + 0.5 * (velocity + before.1) * (time_s - before.0));
             before = (time_s, velocity);
-            let world = World {
+            let now = World {
                 position_m,
-                drag_force_n: sample.drag_force_n,
-                temperature_degc: sample.temperature_block_degc,
-                preload_n: sample.preload_n,
+                drag_force_n: run.drag_force_n[row],
+                temperature_degc: measured(&run.temperature_block_degc, row),
+                preload_n: measured(&run.preload_n, row),
             };
-            rows.push((time_s, world));
+            world.push((time_s, now));
         }
-        Some(Track { rows })
+        (!world.is_empty()).then_some(Track { rows: world })
     }
 
     /// Length, s.
@@ -76,23 +81,22 @@ impl Track {
 mod tests {
     use super::*;
 
-    fn sample(time_s: f64, position_m: Option<f64>, velocity_m_s: Option<f64>) -> AxisSample {
-        AxisSample {
-            time_s,
-            position_m,
-            velocity_m_s,
-            drag_force_n: 10.0 * time_s,
-            preload_n: Some(3000.0 - time_s),
-            temperature_block_degc: (time_s < 12.5).then_some(20.0),
-            part: 0,
+    fn run(time_s: &[f64], position_m: Option<&[f64]>, velocity_m_s: Option<&[f64]>) -> Run {
+        let of = |f: fn(f64) -> f64| time_s.iter().copied().map(f).collect();
+        Run {
+            time_s: time_s.to_vec(),
+            position_m: position_m.map(<[_]>::to_vec),
+            velocity_m_s: velocity_m_s.map(<[_]>::to_vec),
+            drag_force_n: of(|t| 10.0 * t),
+            preload_n: Some(of(|t| 3000.0 - t)),
+            temperature_block_degc: Some(of(|t| if t < 12.5 { 20.0 } else { f64::NAN })),
+            ..Run::default()
         }
     }
 
     #[test]
     fn is_straight_between_rows_and_still_outside() {
-        let track =
-            Track::new(&[sample(11.0, Some(1.0), None), sample(12.0, Some(3.0), None), sample(13.0, Some(2.0), None)])
-                .expect("rows");
+        let track = Track::new(&run(&[0.0, 11.0, 12.0, 13.0], Some(&[9.0, 1.0, 3.0, 2.0]), None), 1..4).expect("rows");
         assert_eq!(track.duration_s(), 2.0);
         for (time, position) in [(-1.0, 1.0), (0.0, 1.0), (0.25, 1.5), (1.0, 3.0), (1.5, 2.5), (2.0, 2.0), (9.0, 2.0)] {
             assert_eq!(track.at(time).position_m, position, "{time}");
@@ -101,14 +105,12 @@ mod tests {
         assert_eq!(track.at(0.5).preload_n, Some(2988.5));
         assert_eq!(track.at(0.5).temperature_degc, Some(20.0));
         assert_eq!(track.at(1.5).temperature_degc, None);
-        assert!(Track::new(&[]).is_none());
+        assert!(Track::new(&Run::default(), 0..0).is_none());
     }
 
     #[test]
     fn sums_velocity_where_there_is_no_position() {
-        let track =
-            Track::new(&[sample(0.0, None, Some(0.0)), sample(1.0, None, Some(1.0)), sample(2.0, None, Some(1.0))])
-                .expect("rows");
+        let track = Track::new(&run(&[0.0, 1.0, 2.0], None, Some(&[0.0, 1.0, 1.0])), 0..3).expect("rows");
         assert_eq!(track.at(2.0).position_m, 1.5);
     }
 }

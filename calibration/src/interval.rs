@@ -1,0 +1,92 @@
+//! Intervals that hold where a constant is known badly, too: by the profile of the likelihood.
+//!
+//! A constant is held at a value, all others are fitted again; the values at which χ² has risen by t² end the interval
+//! that holds the truth with the probability of |Student's t| below t. Where the law is nearly linear this is the usual
+//! ±t σ; where it bends, the two ends lie at different distances, and where the data leave a constant open there is no
+//! end at all.
+
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use crate::fit::FrictionFit;
+#[cfg(doc)]
+use crate::fit::NAMES;
+use crate::separable;
+
+/// So many times as far as expected, an end is looked for.
+const FARTHEST: f64 = 40.0;
+
+/// Where a constant lies, with a stated probability. An end that the data do not give is infinite.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// Lower end.
+    pub from: f64,
+    /// Upper end.
+    pub to: f64,
+}
+
+impl Interval {
+    /// Whether a value lies inside.
+    pub fn holds(&self, value: f64) -> bool {
+        value >= self.from && value <= self.to
+    }
+}
+
+impl FrictionFit {
+    /// The interval of a constant, in the order of [`NAMES`], then the seals', that holds the truth with `probability` (0 to 1).
+    pub fn interval(&self, constant: usize, probability: f64) -> Interval {
+        // a law of 1 or more degrees of freedom always exists
+        let Ok(student) = StudentsT::new(0.0, 1.0, self.freedom().max(1) as f64) else {
+            return Interval { from: f64::NEG_INFINITY, to: f64::INFINITY };
+        };
+        let t = student.inverse_cdf(0.5 + 0.5 * probability);
+        Interval { from: self.end(constant, -1.0, t), to: self.end(constant, 1.0, t) }
+    }
+
+    /// Where χ² has risen by t² on one side.
+    fn end(&self, constant: usize, side: f64, t: f64) -> f64 {
+        let (value, sigma) = (self.constant(constant), self.sigma(constant));
+        // of k_s the logarithm is stepped in: it stays positive and bends less
+        let place = |u: f64| match constant {
+            3 => value * (side * u * sigma / value).exp(),
+            _ => value + side * u * sigma,
+        };
+        let rise = |u: f64| self.chi2_at(constant, place(u)).map(|chi2| (chi2 - self.chi2).max(0.0).sqrt());
+        let (mut inside, mut outside) = (0.0, t);
+        loop {
+            match rise(outside) {
+                Some(r) if r >= t => break,
+                _ if outside > FARTHEST * t => return side * f64::INFINITY,
+                _ => (inside, outside) = (outside, 1.6 * outside),
+            }
+        }
+        // a hundredth of a standard deviation is closer than anybody can see
+        while outside - inside > 1e-2 {
+            let middle = 0.5 * (inside + outside);
+            match rise(middle) {
+                Some(r) if r < t => inside = middle,
+                _ => outside = middle,
+            }
+        }
+        place(0.5 * (inside + outside))
+    }
+
+    /// Least χ² with one constant held, `None` where the rest is not determined then.
+    fn chi2_at(&self, constant: usize, value: f64) -> Option<f64> {
+        let (grid, unit) = (&self.problem, self.problem.unit());
+        if constant == 3 {
+            return separable::linear(grid, (value * unit).ln(), None).map(|fit| fit.chi2);
+        }
+        // k_s is none of the linear ones
+        let held = match constant {
+            1 => Some((1, value * unit)),
+            0 | 2 => Some((constant, value)),
+            seal => Some((seal - 1, value)),
+        };
+        // k_s moves a few of its standard deviations at most while another constant moves as many of its own
+        let (centre, reach) =
+            ((self.values()[3] * unit).ln(), (8.0 * self.sigma(3) / self.values()[3]).clamp(0.2, 3.0));
+        let (from, to) = ((centre - reach).max(grid.range().0), (centre + reach).min(grid.range().1));
+        let chi2 = |x: f64| separable::linear(grid, x, held).map_or(f64::INFINITY, |fit| fit.chi2);
+        Some(chi2(separable::golden(from, to, 1e-3 * reach, chi2))).filter(|chi2| chi2.is_finite())
+    }
+}

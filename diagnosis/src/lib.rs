@@ -1,2 +1,0 @@
-//! Locates what a simulation leaves out, names it, models it and shows the fit improve.
-#![forbid(unsafe_code)]

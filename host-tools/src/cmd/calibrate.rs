@@ -1,0 +1,270 @@
+//! `guideblock calibrate`
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use calibration::axis_curve::{self, Point};
+use calibration::cell::Cell;
+use clap::ValueEnum;
+use host_tools::calibrate::{self, Calibration, Reference, Settings, strokes};
+use host_tools::recording::{Mapping, Unusable, table};
+use host_tools::{parameters, replay};
+use model_core::contact::HerseySpeed;
+use simulation::Simulation;
+use simulation::file::Law;
+use simulation::guide::GuideSet;
+use strokes::{Stroke, Strokes};
+
+use super::recordings::{RecordingArguments, with_progress};
+use super::{Failure, output, say};
+
+/// Friction law of a guide from drag at known load; of an axis from drag over speed
+///
+/// A guide: recordings of strokes at several speeds and loads with the reference load in preload_n. Gives
+/// the friction coefficient of every cell, the four constants of Eq. 19 with their intervals, which speed
+/// the Hersey number counts, what the strokes leave open, and the guide file for `estimate`, `simulate`
+/// and `preload`. Strokes without load (preload_n = 0) or --seals-off measure the drag of the seals.
+///
+/// An axis without a reference load: Coulomb and viscous friction by direction and, where leaving out one
+/// speed at a time supports it, a Stribeck term.
+///
+/// A file without time_s is a table of means: velocity_m_s, drag_force_n and, for a guide, preload_n,
+/// temperature_block_degc, drag_force_sigma_n.
+///
+///     guideblock calibrate ladder.csv --viscosity 100 --out guide.toml --html report.html
+///     guideblock calibrate screw.csv --column velocity_m_s=omega:0.0016 --column drag_force_n=torque:628
+#[derive(clap::Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct Arguments {
+    /// Recordings or tables, CSV or Parquet
+    #[arg(value_name = "RECORDING", required = true)]
+    inputs: Vec<PathBuf>,
+    /// Simulation file with the guide's geometry and lubricant; without it, the set zhou-2023
+    #[arg(long, visible_alias = "simulation", value_name = "FILE.toml")]
+    guide: Option<PathBuf>,
+    /// Kinematic viscosity of the oil, cSt; goes before that of the file
+    #[arg(long, value_name = "CST")]
+    viscosity: Option<f64>,
+    /// What preload_n holds
+    #[arg(long, value_enum, default_value = "preload")]
+    reference: ReferenceArgument,
+    /// Speed in the Hersey number
+    #[arg(long, value_enum, default_value = "auto")]
+    hersey: HerseyArgument,
+    /// Segments that were measured without seals
+    #[arg(long, value_name = "SEGMENT", value_delimiter = ',')]
+    seals_off: Vec<i64>,
+    /// Fit a constant drag of the seals although no stroke shows it alone
+    #[arg(long)]
+    fit_seals: bool,
+    /// Length of the windows that strokes are looked for with, s
+    #[arg(long, value_name = "S", default_value_t = 0.2, value_parser = positive)]
+    every: f64,
+    /// Guide file with the fitted constants
+    #[arg(long, value_name = "GUIDE.toml")]
+    out: Option<PathBuf>,
+    /// Parameter record of a block, for its flash
+    #[arg(long, value_name = "RECORD")]
+    record: Option<PathBuf>,
+    /// Bench file with the block's sensors, which the record takes over; without it, the project's own bench
+    #[arg(long, value_name = "BENCH.toml", requires = "record")]
+    bench: Option<PathBuf>,
+    /// Print one JSON object to standard output
+    #[arg(long)]
+    json: bool,
+    /// Page with charts
+    #[arg(long, value_name = "OUT.html")]
+    html: Option<PathBuf>,
+    #[command(flatten)]
+    recording: RecordingArguments,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum ReferenceArgument {
+    /// the preload (Eq. 1)
+    Preload,
+    /// the lateral force on a split block (Eq. 2)
+    Lateral,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum HerseyArgument {
+    /// the one that the strokes ask for; that of the guide file where they cannot tell
+    Auto,
+    /// sliding speed of Eq. 12
+    Slip,
+    /// carriage speed
+    Carriage,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|x: &f64| x.is_finite() && *x > 0.0).ok_or_else(|| "expected a number above 0".to_owned())
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let (simulation, mappings) = simulation(arguments)?;
+    let settings = settings(arguments, &simulation);
+    let guide = match &simulation.law {
+        Law::Guide(set) => Some(set),
+        _ => None,
+    };
+    let mut all: Vec<Stroke> = Vec::new();
+    for input in &arguments.inputs {
+        let found = read(arguments, input, &mappings, guide, &settings)?;
+        for (reason, count) in &found.left_out {
+            say(format_args!("{}: {count} windows in no stroke: {reason}", input.display()));
+        }
+        all.extend(found.all);
+    }
+    let name = arguments.inputs.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ");
+    let cells: Vec<Cell> = all.iter().filter_map(|stroke| stroke.cell).collect();
+    match guide {
+        Some(set) if !cells.is_empty() => {
+            if cells.len() < all.len() {
+                say(format_args!("{name}: {} strokes without a reference load are left out", all.len() - cells.len()));
+            }
+            let found =
+                calibrate::calibrate(&cells, set, &settings).map_err(|why| Failure::Data(format!("{name}: {why}")))?;
+            write_guide(arguments, &name, &found, &simulation)
+        }
+        Some(_) if arguments.guide.is_some() || arguments.out.is_some() || arguments.record.is_some() => {
+            let why = "no reference load; a guide is calibrated from a column preload_n, or [operation] preload_n";
+            Err(Failure::Data(format!("{name}: {why}")))
+        }
+        _ => write_axis(arguments, &name, &all),
+    }
+}
+
+/// The simulation of the command line, and its mappings.
+fn simulation(arguments: &Arguments) -> Result<(Simulation, Vec<Mapping>), Failure> {
+    let mut mappings = Vec::new();
+    let mut simulation = match &arguments.guide {
+        Some(path) => {
+            let text = fs::read_to_string(path).map_err(|error| Failure::file(path, error))?;
+            let simulation =
+                Simulation::from_toml(&text).map_err(|why| Failure::Data(format!("{}: {why}", path.display())))?;
+            for (name, mapping) in &simulation.columns {
+                mappings.push(Mapping::new(name, mapping).map_err(|why| Failure::file(path, why))?);
+            }
+            simulation
+        }
+        None => Simulation::of(Law::Guide(GuideSet::zhou_2023())),
+    };
+    if let (Some(nu), Law::Guide(set)) = (arguments.viscosity, &simulation.law) {
+        let set = set.with_number("viscosity_cst", nu).map_err(|why| Failure::Usage(format!("--viscosity: {why}")))?;
+        simulation.law = Law::Guide(set);
+    }
+    Ok((simulation, mappings))
+}
+
+fn settings(arguments: &Arguments, simulation: &Simulation) -> Settings {
+    Settings {
+        every_s: arguments.every,
+        zero_speed_m_s: simulation.axis.zero_speed_m_s,
+        reference: match arguments.reference {
+            ReferenceArgument::Preload => Reference::Preload,
+            ReferenceArgument::Lateral => Reference::Lateral,
+        },
+        preload_n: simulation.preload_n,
+        seals_off: arguments.seals_off.clone(),
+        fits_seals: arguments.fit_seals,
+        convention: match arguments.hersey {
+            HerseyArgument::Auto => None,
+            HerseyArgument::Slip => Some(HerseySpeed::Slip),
+            HerseyArgument::Carriage => Some(HerseySpeed::Carriage),
+        },
+    }
+}
+
+/// The strokes of a file: a recording, or a table of means where it has no time.
+fn read(
+    arguments: &Arguments,
+    input: &Path,
+    mappings: &[Mapping],
+    guide: Option<&GuideSet>,
+    settings: &Settings,
+) -> Result<Strokes, Failure> {
+    let unusable = |why: strokes::Missing| Failure::Data(format!("{}: {why}", input.display()));
+    let mappings = arguments.recording.with(mappings);
+    let selections = &arguments.recording.selections;
+    let opened =
+        with_progress(input, |progress| match host_tools::recording::open(input, &mappings, selections, progress) {
+            Err(Unusable::MissingColumn { column, .. }) if column == "time_s" && input != Path::new("-") => Ok(None),
+            other => other.map(Some),
+        })?;
+    match opened {
+        Some((run, losses)) => {
+            losses.describe(&run.name).iter().for_each(say);
+            strokes::of_run(&run, guide, settings).map_err(unusable)
+        }
+        None => {
+            let optional = ["preload_n", "temperature_block_degc", "drag_force_sigma_n", "segment"];
+            let required = ["velocity_m_s", "drag_force_n"];
+            let (table, losses) = with_progress(input, |progress| {
+                table::open(input, &required, &optional, &mappings, selections, progress)
+            })?;
+            let name = input.display().to_string();
+            losses.describe(&name).iter().for_each(say);
+            say(format_args!("{name}: no column time_s: its {} rows are means at constant speed", table.len()));
+            strokes::of_table(&table, guide, settings).map_err(unusable)
+        }
+    }
+}
+
+fn write_guide(arguments: &Arguments, name: &str, found: &Calibration, base: &Simulation) -> Result<(), Failure> {
+    if let Some(path) = &arguments.html {
+        fs::write(path, calibrate::guide_page(name, found)).map_err(|error| Failure::file(path, error))?;
+    }
+    let mut out = output();
+    if arguments.json {
+        writeln!(out, "{:#}", calibrate::guide_object(name, found))?;
+    } else {
+        for line in calibrate::describe_guide(found) {
+            writeln!(out, "{line}")?;
+        }
+    }
+    out.flush()?;
+    if let Some(path) = &arguments.out {
+        let simulation = calibrate::guide_file(found, base).map_err(Failure::data)?;
+        let text = format!("# {} strokes of {name}\n{}", found.cells.len(), simulation.to_toml());
+        fs::write(path, text).map_err(|error| Failure::file(path, error))?;
+    }
+    if let Some(path) = &arguments.record {
+        let bench = match &arguments.bench {
+            Some(file) => {
+                let text = fs::read_to_string(file).map_err(|error| Failure::file(file, error))?;
+                parameters::from_bench(&text).map_err(|why| Failure::Data(format!("{}: {why}", file.display())))?
+            }
+            None => replay::UNPROGRAMMED,
+        };
+        let record = calibrate::record(found, &bench).map_err(Failure::data)?;
+        let bytes = parameters::to_bytes(&record).map_err(Failure::data)?;
+        fs::write(path, bytes).map_err(|error| Failure::file(path, error))?;
+    }
+    Ok(())
+}
+
+fn write_axis(arguments: &Arguments, name: &str, all: &[Stroke]) -> Result<(), Failure> {
+    if arguments.out.is_some() || arguments.record.is_some() {
+        let why = "without a reference load there is no guide to write; --out and --record need preload_n";
+        return Err(Failure::Data(format!("{name}: {why}")));
+    }
+    say(format_args!("{name}: no reference load: friction over speed alone, {} strokes", all.len()));
+    let points: Vec<Point> =
+        all.iter().map(|stroke| Point { velocity: stroke.velocity_m_s, force: stroke.force_n }).collect();
+    let found = axis_curve::select(&points).map_err(|why| Failure::Data(format!("{name}: {why}")))?;
+    if let Some(path) = &arguments.html {
+        fs::write(path, calibrate::axis_page(name, &points, &found)).map_err(|error| Failure::file(path, error))?;
+    }
+    let mut out = output();
+    if arguments.json {
+        writeln!(out, "{:#}", calibrate::axis_object(name, &found))?;
+    } else {
+        for line in calibrate::describe_axis(&found) {
+            writeln!(out, "{line}")?;
+        }
+    }
+    out.flush()?;
+    Ok(())
+}

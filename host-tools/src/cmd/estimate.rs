@@ -1,0 +1,250 @@
+//! `guideblock estimate`
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use calibration::staircase::Staircase;
+use host_tools::estimate::{self, Estimate, Settings, Summary};
+use host_tools::recording::{Cells, Column, Kind, Mapping, write};
+use serde_json::json;
+use simulation::Simulation;
+use simulation::file::Law;
+use simulation::guide::GuideSet;
+
+use super::recordings::RecordingArguments;
+use super::{Failure, output, say};
+
+/// Preload over a whole recording, with its band
+///
+/// Cuts the recording into windows of steady motion and inverts the drag law in each. The band is two
+/// standard deviations: noise of the force within the window, and what the simulation file's tolerance
+/// says of friction and viscosity, which no longer recording makes smaller. A window that must not be
+/// trusted has a reason instead of a preload. With --staircase one preload is fitted to all speeds.
+#[derive(clap::Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct Arguments {
+    /// Recording, CSV or Parquet; - is standard input
+    #[arg(value_name = "RECORDING")]
+    input: PathBuf,
+    /// Simulation file with the guide, its lubricant and their tolerance; without it, the set zhou-2023
+    #[arg(long, visible_alias = "simulation", value_name = "FILE.toml")]
+    guide: Option<PathBuf>,
+    /// Kinematic viscosity of the oil, cSt; goes before that of the file
+    #[arg(long, value_name = "CST")]
+    viscosity: Option<f64>,
+    /// Length of a window, s
+    #[arg(long, value_name = "S", default_value_t = 0.25, value_parser = positive)]
+    every: f64,
+    /// Constant drag of the seals, N
+    #[arg(long, value_name = "N", default_value_t = 0.0, value_parser = not_negative)]
+    seal_drag: f64,
+    /// Drag of the seals that grows with speed, N s/m
+    #[arg(long, value_name = "N_S/M", default_value_t = 0.0, value_parser = not_negative)]
+    seal_viscous: f64,
+    /// Standard deviation of the seals' drag, N
+    #[arg(long, value_name = "N", default_value_t = 0.0, value_parser = not_negative)]
+    seal_sigma: f64,
+    /// Fit one preload to all speeds of the recording
+    #[arg(long)]
+    staircase: bool,
+    /// With --staircase: the constant drag of the seals is not known and is fitted along
+    #[arg(long, requires = "staircase", conflicts_with = "seal_drag")]
+    fit_seals: bool,
+    /// Where the windows are written, .csv or .parquet; without it, as CSV to standard output
+    #[arg(long, value_name = "OUT")]
+    out: Option<PathBuf>,
+    /// Print the summary as one JSON object to standard output, and the windows only with --out
+    #[arg(long)]
+    json: bool,
+    /// Page with charts
+    #[arg(long, value_name = "OUT.html")]
+    html: Option<PathBuf>,
+    #[command(flatten)]
+    recording: RecordingArguments,
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|x: &f64| x.is_finite() && *x >= 0.0)
+        .ok_or_else(|| "expected a number from 0 on".to_owned())
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    not_negative(text).ok().filter(|x| *x > 0.0).ok_or_else(|| "expected a number above 0".to_owned())
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    if let Some(out) = &arguments.out
+        && Kind::of(out).is_none()
+    {
+        return Err(Failure::file(out, "name it .csv or .parquet, so that it is clear what to write"));
+    }
+    let (simulation, mappings) = simulation(arguments)?;
+    let (run, _) = arguments.recording.open(&arguments.input, &mappings)?;
+    let settings = Settings {
+        every_s: arguments.every,
+        seal_coulomb_n: arguments.seal_drag,
+        seal_viscous_n_s_m: arguments.seal_viscous,
+        seal_sigma_n: arguments.seal_sigma,
+        ..Settings::default()
+    };
+    let unusable = |why: &dyn std::fmt::Display| Failure::Data(format!("{}: {why}", run.name));
+    let estimates = estimate::estimate(&run, &simulation, &settings).map_err(|why| unusable(&why))?;
+    let summary = Summary::of(&estimates);
+    let staircase = if arguments.staircase {
+        Some(estimate::staircase(&estimates, &simulation, arguments.fit_seals).map_err(|why| unusable(&why))?)
+    } else {
+        None
+    };
+    match (&arguments.out, arguments.json) {
+        (Some(out), _) => table(out, &estimates)?,
+        (None, false) => table(Path::new("-"), &estimates)?,
+        (None, true) => {}
+    }
+    let lines = describe(&summary, staircase.as_ref());
+    if let Some(path) = &arguments.html {
+        let lead = lines.first().map_or("", String::as_str);
+        let page = estimate::page(&run.name, lead, &estimates, &summary, staircase.as_ref());
+        fs::write(path, page).map_err(|error| Failure::file(path, error))?;
+    }
+    if arguments.json {
+        let mut out = output();
+        writeln!(out, "{:#}", object(&run.name, arguments.every, &summary, staircase.as_ref()))?;
+        out.flush()?;
+    } else if arguments.out.is_some() {
+        let mut out = output();
+        for line in &lines {
+            writeln!(out, "{line}")?;
+        }
+        out.flush()?;
+    } else {
+        for line in &lines {
+            say(line);
+        }
+    }
+    if summary.usable == 0 && staircase.is_none() {
+        return Err(unusable(&"no window has a preload"));
+    }
+    // the process ends here; giving the columns back page by page would only take time
+    std::mem::forget(run);
+    Ok(())
+}
+
+/// The simulation of the command line, and its mappings.
+fn simulation(arguments: &Arguments) -> Result<(Simulation, Vec<Mapping>), Failure> {
+    let mut mappings = Vec::new();
+    let mut simulation = match &arguments.guide {
+        Some(path) => {
+            let text = fs::read_to_string(path).map_err(|error| Failure::file(path, error))?;
+            let simulation =
+                Simulation::from_toml(&text).map_err(|why| Failure::Data(format!("{}: {why}", path.display())))?;
+            for (name, mapping) in &simulation.columns {
+                mappings.push(Mapping::new(name, mapping).map_err(|why| Failure::file(path, why))?);
+            }
+            simulation
+        }
+        None => Simulation::of(Law::Guide(GuideSet::zhou_2023())),
+    };
+    if let (Some(nu), Law::Guide(set)) = (arguments.viscosity, &simulation.law) {
+        let set = set.with_number("viscosity_cst", nu).map_err(|why| Failure::Usage(format!("--viscosity: {why}")))?;
+        simulation.law = Law::Guide(set);
+    }
+    Ok((simulation, mappings))
+}
+
+/// Writes the windows.
+fn table(path: &Path, estimates: &[Estimate]) -> Result<(), Failure> {
+    let of = |f: &dyn Fn(&Estimate) -> f64| -> Vec<f64> { estimates.iter().map(f).collect() };
+    let preload = |f: &dyn Fn(&estimate::Preload) -> f64| of(&|e| e.preload.as_ref().map_or(f64::NAN, f));
+    let numbers = [
+        ("time_s", of(&|e| e.window.time_s)),
+        ("position_m", of(&|e| e.window.position_m)),
+        ("speed_m_s", of(&|e| e.window.speed_m_s)),
+        ("drag_force_n", of(&|e| e.window.force_n)),
+        ("drag_sigma_n", of(&|e| e.window.force_sigma_n)),
+        ("viscosity_cst", of(&|e| e.viscosity_cst)),
+        ("preload_n", preload(&|p| p.value_n)),
+        ("sigma_n", preload(&|p| p.sigma_n())),
+        ("noise_sigma_n", preload(&|p| p.noise_n)),
+        ("lower_n", preload(&|p| p.band().0)),
+        ("upper_n", preload(&|p| p.band().1)),
+    ];
+    let reasons: Vec<String> =
+        estimates.iter().map(|e| e.reasons.iter().map(|r| r.name()).collect::<Vec<_>>().join(" ")).collect();
+    let mut columns: Vec<Column<'_>> = numbers.iter().map(|(name, column)| Column::numbers(name, column)).collect();
+    columns.push(Column { name: "reason", cells: Cells::Texts(&reasons) });
+    write(path, &columns).map_err(|error| match error.kind() {
+        std::io::ErrorKind::BrokenPipe => Failure::Output(error),
+        _ => Failure::file(path, error),
+    })
+}
+
+/// The summary in lines, the answer first.
+fn describe(summary: &Summary, staircase: Option<&Staircase>) -> Vec<String> {
+    let mut lines = Vec::new();
+    if let Some(found) = staircase {
+        let p = &found.preload_n;
+        lines.push(format!(
+            "preload {:.0} N from all speeds, 95 % {:.0} to {:.0} N with the friction law as given",
+            p.value, p.interval[0], p.interval[1]
+        ));
+        if let Some(seal) = &found.seal_drag_n {
+            lines.push(format!(
+                "constant seal drag {:.2} N, 95 % {:.2} to {:.2} N",
+                seal.value, seal.interval[0], seal.interval[1]
+            ));
+        }
+    }
+    if summary.usable > 0 {
+        lines.push(format!(
+            "preload {:.0} N +- {:.0} N (two sigma, of which the law {:.0} N); 90 % of the windows {:.0} to {:.0} N",
+            summary.preload_n,
+            2.0 * summary.sigma_n,
+            2.0 * summary.model_n,
+            summary.spread_n.0,
+            summary.spread_n.1
+        ));
+    }
+    let refused: Vec<String> = summary.refused.iter().map(|(reason, n)| format!("{} {n}", reason.name())).collect();
+    let refused = if refused.is_empty() { String::new() } else { format!("; without: {}", refused.join(", ")) };
+    lines.push(format!("{} of {} windows have a preload{refused}", summary.usable, summary.windows));
+    for place in summary.places.iter().filter(|place| place.windows > 0) {
+        lines.push(format!(
+            "  {:>9.4} to {:>9.4} m  {:>6} windows  {:>8.1} N +- {:.1}",
+            place.from_m,
+            place.to_m,
+            place.windows,
+            place.preload_n,
+            2.0 * place.noise_n
+        ));
+    }
+    lines
+}
+
+fn object(name: &str, every_s: f64, summary: &Summary, staircase: Option<&Staircase>) -> serde_json::Value {
+    // JSON has no NaN: what is not known is null
+    let fitted = |f: &calibration::staircase::Fitted| json!({"value": f.value, "sigma": f.sigma, "ci95": f.interval});
+    json!({
+        "schema": "guideblock.estimate/1",
+        "recording": name,
+        "every_s": every_s,
+        "windows": summary.windows,
+        "usable": summary.usable,
+        "refused": summary.refused.iter().map(|(r, n)| (r.name().to_owned(), json!(n))).collect::<serde_json::Map<_, _>>(),
+        "preload_n": summary.preload_n,
+        "sigma_n": summary.sigma_n,
+        "model_sigma_n": summary.model_n,
+        "windows_90_percent_n": [summary.spread_n.0, summary.spread_n.1],
+        "by_position": summary.places.iter().map(|p| json!({
+            "from_m": p.from_m, "to_m": p.to_m, "windows": p.windows, "preload_n": p.preload_n, "noise_sigma_n": p.noise_n,
+        })).collect::<Vec<_>>(),
+        "staircase": staircase.map(|s| json!({
+            "preload_n": fitted(&s.preload_n),
+            "seal_drag_n": s.seal_drag_n.as_ref().map(fitted),
+            "chi2_per_freedom": s.chi2_per_freedom,
+            "speeds": s.residuals.len(),
+        })),
+    })
+}

@@ -1,0 +1,142 @@
+//! `guideblock simulate`
+
+mod driven;
+mod profile;
+mod recorded;
+mod sensors;
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use host_tools::recording::{Column, Kind, Mapping, write};
+use simulation::Simulation;
+use simulation::file::Law;
+use simulation::guide::GuideSet;
+
+use super::convert::is_same;
+use super::progress::Bar;
+use super::recordings::RecordingArguments;
+use super::{Failure, output, say};
+use profile::ProfileArguments;
+use sensors::SensorArguments;
+
+/// Force that a simulation says for the motion of a recording, or a whole recording of a test profile
+///
+///     guideblock simulate run.csv --simulation sim.toml --out simulated.csv
+///     guideblock simulate --profile staircase --simulation sim.toml --noise-n 0.1 --out stairs.csv
+///
+/// RECORDING: one row per sample, time_s and simulated_force_n, without noise, positive towards
+/// +position as drag_force_n. Preload and temperature are those of the recording where it has
+/// them. A cell is empty where the law has no value: at rest, where friction is not determined,
+/// and where preload or temperature were not measured; how many and why is said on standard error.
+///
+/// --profile: a recording with time, position, velocity, force, preload, segment, and load and
+/// temperatures where they are set. Speeds change in smooth ramps. The carriage at rest is not
+/// pushed: the force there is the law's offset. Sensors disturb it where they are asked for.
+#[derive(clap::Args)]
+#[command(verbatim_doc_comment, allow_negative_numbers = true)]
+pub(crate) struct Arguments {
+    /// Recording, CSV or Parquet; - is standard input
+    #[arg(value_name = "RECORDING", required_unless_present = "profile")]
+    input: Option<PathBuf>,
+    /// Simulation file; without it, the set zhou-2023 at 3000 N
+    #[arg(long, value_name = "SIM.toml")]
+    simulation: Option<PathBuf>,
+    /// File to write, .csv or .parquet; without it, CSV to standard output
+    #[arg(long, value_name = "OUT")]
+    out: Option<PathBuf>,
+    /// Print what was done as one JSON object to standard output
+    #[arg(long, requires = "out")]
+    json: bool,
+    /// Page with the force over time and over velocity
+    #[arg(long, value_name = "OUT.html")]
+    html: Option<PathBuf>,
+    #[command(flatten)]
+    recording: RecordingArguments,
+    #[command(flatten)]
+    profile: ProfileArguments,
+    #[command(flatten)]
+    sensors: SensorArguments,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let out = arguments.out.as_deref().unwrap_or(Path::new("-"));
+    if Kind::of(out).is_none() {
+        return Err(Failure::file(out, "name it .csv or .parquet, so that it is clear what to write"));
+    }
+    if arguments.input.is_none() && !arguments.recording.is_empty() {
+        return Err(Failure::Usage("--where and --column are for a recording, not for --profile".to_owned()));
+    }
+    if arguments.input.as_deref().is_some_and(|input| is_same(input, out)) {
+        return Err(Failure::file(out, "is the recording itself; give the result another name"));
+    }
+    let simulation = load(arguments.simulation.as_deref())?;
+    let told = match (&arguments.input, arguments.profile.profile) {
+        (Some(input), None) => recorded::run(arguments, input, &simulation, out)?,
+        (None, Some(name)) => driven::run(arguments, name, &simulation, out)?,
+        // said here: a conflict that clap knows of would silence what other options require
+        _ => return Err(Failure::Usage("give a recording or --profile, one of the two".to_owned())),
+    };
+    if let Some(path) = &arguments.html {
+        fs::write(path, &told.page).map_err(|error| Failure::file(path, error))?;
+    }
+    if arguments.json {
+        let mut out = output();
+        writeln!(out, "{:#}", told.object)?;
+        out.flush()?;
+    }
+    for line in &told.lines {
+        say(line);
+    }
+    Ok(())
+}
+
+impl Arguments {
+    /// Name of the simulation in messages.
+    fn simulation_name(&self) -> String {
+        self.simulation.as_ref().map_or_else(|| "zhou-2023".to_owned(), |path| path.display().to_string())
+    }
+}
+
+/// What is told of a run beside its rows.
+struct Told {
+    lines: Vec<String>,
+    object: serde_json::Value,
+    /// Empty unless asked for.
+    page: String,
+}
+
+/// Reads a simulation file, or takes what stands in for it.
+fn load(path: Option<&Path>) -> Result<Simulation, Failure> {
+    let Some(path) = path else {
+        return Ok(Simulation { preload_n: Some(3000.0), ..Simulation::of(Law::Guide(GuideSet::zhou_2023())) });
+    };
+    let text = fs::read_to_string(path).map_err(|error| Failure::file(path, error))?;
+    Simulation::from_toml(&text).map_err(|why| Failure::Data(format!("{}: {why}", path.display())))
+}
+
+/// The mappings that a simulation file has.
+fn mappings(path: Option<&Path>, simulation: &Simulation) -> Result<Vec<Mapping>, Failure> {
+    // what stands in for a file has none
+    let path = path.unwrap_or(Path::new(""));
+    let each = |(name, mapping): &(String, String)| {
+        Mapping::new(name, mapping).map_err(|why| Failure::file(path, format!("[columns]: {why}")))
+    };
+    simulation.columns.iter().map(each).collect()
+}
+
+/// Writes columns.
+fn put(path: &Path, columns: &[Column<'_>]) -> Result<(), Failure> {
+    let _bar = Bar::busy(&format!("writing {}", path.display()));
+    write(path, columns).map_err(|error| match error.kind() {
+        std::io::ErrorKind::BrokenPipe => Failure::Output(error),
+        _ => Failure::file(path, error),
+    })
+}
+
+/// Root of the mean square of what is finite; NaN of nothing.
+fn rms(column: &[f64]) -> f64 {
+    let (sum, count) = column.iter().filter(|x| x.is_finite()).fold((0.0, 0usize), |(s, n), x| (s + x * x, n + 1));
+    (sum / count as f64).sqrt()
+}

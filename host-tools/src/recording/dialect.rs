@@ -1,0 +1,124 @@
+//! How a text file is written: byte-order mark, separator, decimal mark, header row; and what is no text at all.
+
+use memchr::{memchr, memchr_iter};
+
+use super::cell::cells;
+use super::columns::Header;
+use super::{Fault, Unusable};
+
+/// How the cells of a text file stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Dialect {
+    /// Between cells.
+    pub(super) separator: u8,
+    /// Whether the decimal mark is the comma.
+    pub(super) comma: bool,
+}
+
+impl Dialect {
+    /// What has to be said about it; nothing when it is as the contract wants it.
+    pub(super) fn told(self) -> Option<Fault> {
+        let mark = if self.comma { ',' } else { '.' };
+        (self.separator != b',').then_some(Fault::Dialect { separator: char::from(self.separator), mark })
+    }
+}
+
+/// A text file up to its first row.
+#[derive(Clone, Debug)]
+pub(super) struct Opening {
+    pub(super) dialect: Dialect,
+    pub(super) header: Header,
+    /// Line of the header row.
+    pub(super) line: u64,
+    /// Where the row after it starts, bytes.
+    pub(super) rows: usize,
+}
+
+/// Lines that decide on the decimal mark.
+const LOOKED_AT: usize = 100;
+
+/// Reads the header row; `file` is the file's name in messages.
+///
+/// # Errors
+/// [`Unusable`] when the file is empty, no text, or starts with numbers.
+pub(super) fn opening(file: &str, bytes: &[u8]) -> Result<Opening, Unusable> {
+    if bytes.is_empty() {
+        return Err(Unusable::Empty { file: file.to_owned() });
+    }
+    if let Some((kind, advice)) = foreign(bytes) {
+        return Err(Unusable::OtherKind { file: file.to_owned(), kind, advice });
+    }
+    let mut at = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
+    let mut line = 0;
+    let (header, rows) = loop {
+        if at >= bytes.len() {
+            return Err(Unusable::Empty { file: file.to_owned() });
+        }
+        line += 1;
+        let end = memchr(b'\n', &bytes[at..]).map_or(bytes.len(), |n| at + n);
+        let text = bytes[at..end].trim_ascii();
+        let rows = (end + 1).min(bytes.len());
+        if text.starts_with(b"# schema: guideblock.raw") {
+            let advice = "`guideblock replay` sends it through the block's pipeline";
+            let kind = "a raw recording of a block";
+            return Err(Unusable::OtherKind { file: file.to_owned(), kind, advice });
+        }
+        if !text.is_empty() && !text.starts_with(b"#") {
+            break (text, rows);
+        }
+        at = rows;
+    };
+    let separator = separator(header);
+    let dialect = Dialect { separator, comma: separator != b',' && has_decimal_comma(&bytes[rows..]) };
+    let names: Vec<_> =
+        cells(header, separator).iter().map(|cell| String::from_utf8_lossy(cell.trim_ascii()).into_owned()).collect();
+    if names.iter().all(|name| name.parse::<f64>().is_ok()) {
+        return Err(Unusable::NoHeader { file: file.to_owned(), line });
+    }
+    Ok(Opening { dialect, header: Header { file: file.to_owned(), names, line: Some(line) }, line, rows })
+}
+
+/// Files that are sometimes handed over in place of CSV, by how they start.
+fn foreign(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
+    let start = &bytes[..bytes.len().min(4096)];
+    if start.starts_with(b"PK\x03\x04") {
+        return Some(("a spreadsheet or zip archive", "save the sheet as CSV, or unpack the archive"));
+    }
+    if start.starts_with(b"\x1f\x8b") {
+        return Some(("compressed with gzip", "unpack it first, as in `gunzip -c FILE | guideblock ... -`"));
+    }
+    if start.starts_with(b"\xff\xfe") || start.starts_with(b"\xfe\xff") {
+        return Some(("UTF-16 text", "save it as UTF-8"));
+    }
+    // the header row of a text holds no zero byte; further down they are a recorder that lost power
+    let header = memchr(b'\n', start).map_or(start, |end| &start[..end]);
+    if memchr(0, header).is_some() {
+        return Some((
+            "no text (zero bytes where the header row should stand)",
+            "save the recording as CSV or Parquet",
+        ));
+    }
+    if memchr(b'\n', bytes).is_none() && memchr(b'\r', bytes).is_some() {
+        return Some(("text with bare carriage returns as line ends", "save it with line feeds"));
+    }
+    None
+}
+
+fn separator(header: &[u8]) -> u8 {
+    let count = |byte| memchr_iter(byte, header).count();
+    let (commas, semicolons, tabs) = (count(b','), count(b';'), count(b'\t'));
+    if semicolons > commas {
+        b';'
+    } else if tabs > commas {
+        b'\t'
+    } else {
+        b','
+    }
+}
+
+/// Whether commas stand in the cells of rows that commas do not separate.
+fn has_decimal_comma(rows: &[u8]) -> bool {
+    rows.split(|byte| *byte == b'\n')
+        .take(LOOKED_AT)
+        .any(|line| line.windows(3).any(|w| w[1] == b',' && w[0].is_ascii_digit() && w[2].is_ascii_digit()))
+}

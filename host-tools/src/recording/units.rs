@@ -1,0 +1,320 @@
+//! Whether the numbers of a run can be in the units that its columns are named after.
+//!
+//! The limits lie far beyond any axis on ball guides, so that none is refused; what stays within them although it is off
+//! (a force in kN, a clock in ms beside a position alone) is for whoever knows what to expect. Ninety of a hundred rows
+//! have to be beyond a limit or at it: a spike is no unit.
+
+use simulation::run::Run;
+
+/// Fastest travel, m/s. Ball guides end at 5 to 10 m/s, where the balls leave the return.
+const SPEED_M_S: f64 = 20.0;
+
+/// Longest travel, m. The longest tracks of joined rails reach some 100 m.
+const TRAVEL_M: f64 = 500.0;
+
+/// Largest forces, N: drive, preload and load. Static load ratings of the largest blocks are near 1 MN.
+const FORCE_N: f64 = 1e6;
+
+/// Largest acceleration, m/s². Ball guides take up to 500.
+const ACCELERATION_M_S2: f64 = 1e4;
+
+/// Shortest time step, s: no force sensor is sampled at 1 MHz.
+const STEP_S: f64 = 1e-6;
+
+/// Temperatures of a machine with balls in plastic returns and grease, °C. 200 K is -73 °C.
+const TEMPERATURE_DEGC: [f64; 2] = [-80.0, 200.0];
+
+/// Ratio of travel to summed velocity from which, or below the inverse of which, one is in another unit. Half as much
+/// again is a poor calibration; ten times is none.
+const TRAVEL_RATIO: f64 = 10.0;
+
+/// Correlation from which travel and summed velocity are the same motion.
+const SAME_MOTION: f64 = 0.95;
+
+/// Rows that a statement about a column rests on.
+const LOOKED_AT: usize = 20_000;
+
+/// Windows in which travel and summed velocity are compared, and the fewest and most rows of one: enough that the
+/// steps of an encoder count little.
+const WINDOWS: usize = 2_000;
+const WINDOW_ROWS: [usize; 2] = [10, 200];
+
+/// What cannot be.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Wrong {
+    /// The column whose unit is in doubt.
+    pub(super) column: &'static str,
+    /// What is seen, and which unit it may be.
+    pub(super) why: String,
+}
+
+/// How velocity and position agree on the direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sign {
+    /// They agree, or one is not there.
+    Same,
+    /// The velocity is positive where the position falls.
+    Opposite,
+}
+
+/// Looks at every column.
+pub(super) fn check(run: &Run) -> Result<Sign, Wrong> {
+    let wrong = |column, why: String| Err(Wrong { column, why });
+    let step_s = median_step(run);
+    if step_s < STEP_S {
+        return wrong("time_s", format!("the median step is {step_s:.3e} s; time in min or h?"));
+    }
+    if let Some(speed) = run.velocity_m_s.as_deref().map(|v| usual(v, f64::abs))
+        && speed > SPEED_M_S
+    {
+        return wrong("velocity_m_s", format!("usual speeds reach {speed:.1} m/s; in mm/s or mm/min?"));
+    }
+    if let Some(position) = &run.position_m {
+        let (low, high) =
+            position.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)));
+        if high - low > TRAVEL_M {
+            return wrong("position_m", format!("it spans {:.1} m; in mm or um?", high - low));
+        }
+        let speeds: Vec<_> =
+            pairs(run).map(|n| (position[n + 1] - position[n]) / (run.time_s[n + 1] - run.time_s[n])).collect();
+        // half of the rows are enough to tell a fast axis from the noise of a position that stands still
+        let speed = quantile(&speeds, f64::abs, 0.5);
+        if speed > SPEED_M_S {
+            return wrong("position_m", format!("it changes by {speed:.1} m/s; position in mm, or time in min?"));
+        }
+    }
+    for (column, values) in [
+        ("drag_force_n", Some(&run.drag_force_n)),
+        ("preload_n", run.preload_n.as_ref()),
+        ("external_load_n", run.external_load_n.as_ref()),
+    ] {
+        if let Some(force) = values.map(|values| usual(values, f64::abs))
+            && force > FORCE_N
+        {
+            return wrong(column, format!("usual forces reach {force:.4e} N; in mN?"));
+        }
+    }
+    if let Some(acceleration) = run.acceleration_m_s2.as_deref().map(|a| usual(a, f64::abs))
+        && acceleration > ACCELERATION_M_S2
+    {
+        return wrong("acceleration_m_s2", format!("usual accelerations reach {acceleration:.4e} m/s²; in mm/s²?"));
+    }
+    for (column, values) in [
+        ("temperature_block_degc", &run.temperature_block_degc),
+        ("temperature_rail_degc", &run.temperature_rail_degc),
+        ("temperature_ambient_degc", &run.temperature_ambient_degc),
+    ] {
+        let Some(values) = values else { continue };
+        let middle = quantile(values, |t| t, 0.5);
+        if middle > TEMPERATURE_DEGC[1] {
+            return wrong(column, format!("it is {middle:.1} °C; in K? (then --column {column}={column}:1:-273.15)"));
+        }
+        if middle < TEMPERATURE_DEGC[0] {
+            return wrong(column, format!("it is {middle:.1} °C; another unit, or a sensor that is not connected?"));
+        }
+    }
+    travel_against_velocity(run)
+}
+
+/// Compares windows of travel with the velocity summed over them.
+fn travel_against_velocity(run: &Run) -> Result<Sign, Wrong> {
+    let (Some(position), Some(velocity)) = (&run.position_m, &run.velocity_m_s) else { return Ok(Sign::Same) };
+    let stride = (run.len() / WINDOWS).max(WINDOW_ROWS[0]);
+    let rows = stride.min(WINDOW_ROWS[1]);
+    let (mut travelled, mut summed, mut product) = (0.0, 0.0, 0.0);
+    for part in &run.parts {
+        let mut from = part.rows.start;
+        while from + rows < part.rows.end {
+            let to = from + rows;
+            let sum: f64 =
+                (from..to).map(|n| 0.5 * (velocity[n] + velocity[n + 1]) * (run.time_s[n + 1] - run.time_s[n])).sum();
+            let travel = position[to] - position[from];
+            travelled += travel * travel;
+            summed += sum * sum;
+            product += travel * sum;
+            from += stride;
+        }
+    }
+    if travelled == 0.0 || summed == 0.0 {
+        return Ok(Sign::Same);
+    }
+    let correlation = product / (travelled * summed).sqrt();
+    if correlation.abs() < SAME_MOTION {
+        return Ok(Sign::Same);
+    }
+    let ratio = product.abs() / summed;
+    if ratio >= TRAVEL_RATIO {
+        let why =
+            format!("it changes {ratio:.1} times as fast as velocity_m_s says; position in mm, or velocity in m/min?");
+        return Err(Wrong { column: "position_m", why: swap_hint(why, ratio) });
+    }
+    if ratio <= 1.0 / TRAVEL_RATIO {
+        let why = format!("it is {:.1} times as fast as position_m changes", 1.0 / ratio);
+        return Err(Wrong { column: "velocity_m_s", why: swap_hint(why, ratio) });
+    }
+    Ok(if correlation < 0.0 { Sign::Opposite } else { Sign::Same })
+}
+
+/// Which unit makes such a ratio of travel to summed velocity.
+fn swap_hint(why: String, ratio: f64) -> String {
+    why + match ratio {
+        r if r < 2e-4 => "; velocity in mm/min?",
+        r if r < 5e-3 => "; velocity in mm/s, or time in ms?",
+        r if r < 0.1 => "; velocity in m/min?",
+        _ => "",
+    }
+}
+
+/// Rows whose next one is of the same part, evenly over the run and not more than needed.
+fn pairs(run: &Run) -> impl Iterator<Item = usize> {
+    let stride = (run.len() / LOOKED_AT).max(1);
+    run.parts.iter().flat_map(move |part| (part.rows.start..part.rows.end.saturating_sub(1)).step_by(stride))
+}
+
+fn median_step(run: &Run) -> f64 {
+    let steps: Vec<_> = pairs(run).map(|n| run.time_s[n + 1] - run.time_s[n]).collect();
+    // a run of single rows has no step that could be wrong
+    if steps.is_empty() { f64::INFINITY } else { quantile(&steps, |step| step, 0.5) }
+}
+
+/// What nine of ten measured rows do not exceed.
+fn usual(column: &[f64], of: impl Fn(f64) -> f64) -> f64 {
+    quantile(column, of, 0.9)
+}
+
+/// A quantile of the measured ones among rows evenly over a column; NaN without any.
+fn quantile(column: &[f64], of: impl Fn(f64) -> f64, share: f64) -> f64 {
+    let stride = (column.len() / LOOKED_AT).max(1);
+    let mut looked_at: Vec<f64> = column.iter().step_by(stride).filter(|x| !x.is_nan()).map(|x| of(*x)).collect();
+    if looked_at.is_empty() {
+        return f64::NAN;
+    }
+    let place = ((looked_at.len() - 1) as f64 * share) as usize;
+    *looked_at.select_nth_unstable_by(place, f64::total_cmp).1
+}
+
+#[cfg(test)]
+mod tests {
+    use simulation::run::{Break, Part};
+
+    use super::*;
+
+    /// A reciprocating axis: 2 kHz for 10 s, stroke and speed in SI units, an encoder of 1 um and a noisy force.
+    fn run(stroke_m: f64, speed_m_s: f64) -> Run {
+        let time_s: Vec<f64> = (0..20_000).map(|n| f64::from(n) / 2000.0).collect();
+        let rate = 2.0 * speed_m_s / stroke_m;
+        let position = |t: &f64| (0.5 * stroke_m * (rate * t).sin() * 1e6).round() * 1e-6;
+        let velocity = |t: &f64| speed_m_s * (rate * t).cos();
+        let len = time_s.len();
+        Run {
+            position_m: Some(time_s.iter().map(position).collect()),
+            velocity_m_s: Some(time_s.iter().map(velocity).collect()),
+            drag_force_n: time_s.iter().map(|t| 20.0 * velocity(t).signum()).collect(),
+            temperature_block_degc: Some(vec![24.0; len]),
+            preload_n: Some(vec![3000.0; len]),
+            acceleration_m_s2: Some(vec![0.5; len]),
+            parts: vec![Part { rows: 0..len, segment: None, starts: Break::Start }],
+            time_s,
+            ..Run::default()
+        }
+    }
+
+    fn scaled(column: &mut Option<Vec<f64>>, factor: f64) {
+        column.iter_mut().flatten().for_each(|value| *value *= factor);
+    }
+
+    #[test]
+    fn no_axis_is_refused() {
+        // from breakaway tests to the fastest linear motors, short strokes to long tracks, as they are and in part
+        for stroke_m in [0.001, 0.25, 3.0, 60.0] {
+            for speed_m_s in [1e-5, 1e-3, 0.1, 2.0, 10.0] {
+                // no axis turns round faster than balls can follow
+                if 2.0 * speed_m_s * speed_m_s / stroke_m > 500.0 {
+                    continue;
+                }
+                let mut run = run(stroke_m, speed_m_s);
+                assert_eq!(check(&run), Ok(Sign::Same), "{stroke_m} m, {speed_m_s} m/s");
+                scaled(&mut run.velocity_m_s, 1.5);
+                assert_eq!(check(&run), Ok(Sign::Same));
+                run.velocity_m_s = None;
+                assert_eq!(check(&run), Ok(Sign::Same));
+                let spike = run.position_m.as_mut().expect("there");
+                spike[5000] = 9.0;
+                assert_eq!(check(&run), Ok(Sign::Same));
+            }
+        }
+        // an axis that stands still under a changing force
+        let mut still = run(0.25, 0.1);
+        still.position_m = Some(vec![0.1; still.len()]);
+        scaled(&mut still.velocity_m_s, 0.0);
+        assert_eq!(check(&still), Ok(Sign::Same));
+    }
+
+    /// A change to a sound run, and what is said about it.
+    type Case<'a> = (&'a dyn Fn(&mut Run), &'a str);
+
+    #[test]
+    fn units_that_cannot_be_meant_are_told() {
+        let wrong = |change: &dyn Fn(&mut Run)| {
+            let mut run = run(0.25, 0.1);
+            change(&mut run);
+            check(&run).map_err(|wrong| format!("{}: {}", wrong.column, wrong.why)).expect_err("refused")
+        };
+        let time = |run: &mut Run, factor: f64| run.time_s.iter_mut().for_each(|t| *t *= factor);
+        let cases: [Case; 13] = [
+            (
+                &|run| scaled(&mut run.velocity_m_s, 1000.0),
+                "velocity_m_s: usual speeds reach 98.7 m/s; in mm/s or mm/min?",
+            ),
+            (
+                &|run| scaled(&mut run.velocity_m_s, 60.0),
+                "velocity_m_s: it is 60.0 times as fast as position_m changes; velocity in m/min?",
+            ),
+            (
+                &|run| scaled(&mut run.position_m, 60.0),
+                "position_m: it changes 60.0 times as fast as velocity_m_s says; position in mm, or velocity in m/min?",
+            ),
+            (
+                &|run| {
+                    scaled(&mut run.position_m, 1000.0);
+                    run.velocity_m_s = None;
+                },
+                "position_m: it changes by 70.0 m/s; position in mm, or time in min?",
+            ),
+            (&|run| scaled(&mut run.position_m, 1e6), "position_m: it spans 250000.0 m; in mm or um?"),
+            (
+                &|run| time(run, 1000.0),
+                "velocity_m_s: it is 1000.0 times as fast as position_m changes; velocity in mm/s, or time in ms?",
+            ),
+            (
+                &|run| time(run, 1.0 / 60.0),
+                "position_m: it changes 60.0 times as fast as velocity_m_s says; position in mm, or velocity in m/min?",
+            ),
+            (&|run| time(run, 1.0 / 3600.0), "time_s: the median step is 1.389e-7 s; time in min or h?"),
+            (
+                &|run| run.drag_force_n.iter_mut().for_each(|f| *f *= 1e5),
+                "drag_force_n: usual forces reach 2.0000e6 N; in mN?",
+            ),
+            (&|run| scaled(&mut run.preload_n, 1000.0), "preload_n: usual forces reach 3.0000e6 N; in mN?"),
+            (
+                &|run| scaled(&mut run.acceleration_m_s2, 1e5),
+                "acceleration_m_s2: usual accelerations reach 5.0000e4 m/s²; in mm/s²?",
+            ),
+            (
+                &|run| run.temperature_block_degc.iter_mut().flatten().for_each(|t| *t += 273.15),
+                "temperature_block_degc: it is 297.1 °C; in K? (then --column \
+                 temperature_block_degc=temperature_block_degc:1:-273.15)",
+            ),
+            (
+                &|run| scaled(&mut run.temperature_block_degc, -10.0),
+                "temperature_block_degc: it is -240.0 °C; another unit, or a sensor that is not connected?",
+            ),
+        ];
+        for (change, message) in cases {
+            assert_eq!(wrong(change), message);
+        }
+        let mut opposite = run(0.25, 0.1);
+        scaled(&mut opposite.velocity_m_s, -1.0);
+        assert_eq!(check(&opposite), Ok(Sign::Opposite));
+    }
+}

@@ -1,0 +1,141 @@
+//! The simulation that a run is held against, as a file.
+//!
+//! ```toml
+//! schema = "guideblock.simulation/1"
+//!
+//! [guide]                           # or law = "coulomb-viscous"
+//! parameters = "zhou-2023"
+//!
+//! [operation]
+//! preload_n = 3000.0
+//! ```
+//!
+//! A file with neither `[guide]` nor `[lubricant]` nor `[operation]` holds a run against its own column
+//! `simulated_force_n`.
+
+mod mechanisms;
+mod read;
+mod write;
+
+use crate::document::BadFile;
+use crate::guide::GuideSet;
+use crate::mechanism::Added;
+
+/// The value of `schema`.
+pub const SCHEMA: &str = "guideblock.simulation/1";
+
+/// A simulation: a law, what it is fed, and how far it may be trusted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Simulation {
+    /// What makes the drag force.
+    pub law: Law,
+    /// Preload where a run has no column `preload_n`, N, 0 to 1e6.
+    pub preload_n: Option<f64>,
+    /// The axis.
+    pub axis: Axis,
+    /// How well the law's own numbers are known.
+    pub tolerance: Tolerance,
+    /// How columns of a recording are read: name and `column:scale[:offset]`, in the order of their names.
+    pub columns: Vec<(String, String)>,
+    /// What was found to be missing in the law, and added to it.
+    pub mechanisms: Vec<Added>,
+}
+
+/// What makes the drag force.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Law {
+    /// A ball guide, Zhou 2023, Eq. 1 to 21.
+    Guide(GuideSet),
+    /// `F = coulomb·sign(V) + viscous·V + offset` and the axis' mass; `None` is fitted to the run.
+    CoulombViscous {
+        /// Constant friction, N.
+        coulomb_n: Option<f64>,
+        /// Friction that grows with speed, N s/m.
+        viscous_n_s_m: Option<f64>,
+        /// Force without motion, N; exact where it is given.
+        offset_n: Option<f64>,
+    },
+    /// The run's own column `simulated_force_n`, made by another program.
+    Column,
+}
+
+/// The axis that carries the block.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Axis {
+    /// Mass that the law itself accelerates, kg, 0 to 1e5. `None` is 0 for a guide and fitted under coulomb-viscous.
+    pub moved_mass_kg: Option<f64>,
+    /// Speed below which the carriage counts as standing, m/s, 0 to 1.
+    pub zero_speed_m_s: f64,
+    /// Whether positions of two recordings share a zero.
+    pub position_reference: PositionReference,
+}
+
+impl Default for Axis {
+    fn default() -> Self {
+        Axis { moved_mass_kg: None, zero_speed_m_s: 3e-5, position_reference: PositionReference::Absolute }
+    }
+}
+
+/// Whether positions of two recordings share a zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PositionReference {
+    /// They do: what is tied to a place along the rail carries over.
+    Absolute,
+    /// They do not (incremental encoder).
+    Relative,
+}
+
+/// Standard deviations (1 σ, relative, 0 to 10) of what the simulation assumes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// One gain on the preload.
+    pub preload: f64,
+    /// One factor on all friction terms, or on the column `simulated_force_n`.
+    pub friction: f64,
+    /// One factor on the viscosity.
+    pub viscosity: f64,
+    /// Independent factors on the friction terms beside the common one.
+    pub friction_terms: f64,
+    /// One factor on the moved mass.
+    pub mass: f64,
+    /// Part of the drag's RMS below which a mismatch is of no interest.
+    pub relevance: f64,
+}
+
+impl Default for Tolerance {
+    fn default() -> Self {
+        Tolerance { preload: 0.05, friction: 0.03, viscosity: 0.05, friction_terms: 0.0, mass: 0.0, relevance: 0.001 }
+    }
+}
+
+impl Simulation {
+    /// A law with everything else as an empty file has it.
+    pub fn of(law: Law) -> Self {
+        Simulation {
+            law,
+            preload_n: None,
+            axis: Axis::default(),
+            tolerance: Tolerance::default(),
+            columns: Vec::new(),
+            mechanisms: Vec::new(),
+        }
+    }
+
+    /// Reads a simulation file.
+    ///
+    /// # Errors
+    /// [`BadFile`]: no TOML, another schema, a section or key that does not exist, a value of the wrong kind or out
+    /// of range, friction constants whose drag does not tell the preload.
+    pub fn from_toml(text: &str) -> Result<Self, BadFile> {
+        read::simulation(text).map_err(|mistake| BadFile::at(text, mistake))
+    }
+
+    /// The file that reads back as this simulation; values that it does not set stand in it as comments with where
+    /// they come from.
+    pub fn to_toml(&self) -> String {
+        write::simulation(self)
+    }
+}
+
+#[cfg(test)]
+mod tests;
