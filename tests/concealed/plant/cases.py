@@ -7,6 +7,7 @@ from .damage import DAMAGES
 from .effect import Effect
 from .pipeline import ParameterShift, absorbed, difference, solve, stated_force, true_force
 from .session import RATE_MOVING, World, make
+from .where import where
 
 PHYSICS = {e.id: e for m in (preload_effects, friction_effects, force_effects) for e in m.EFFECTS}
 SENSORS = {e.id: e for e in sensor_effects.EFFECTS}
@@ -132,10 +133,10 @@ def build(seed, kind, out, effect=None, strength=3.0, law="white", short=False, 
         if e.id == "viscosity-temperature":
             k = e.warm(c, w, k)
         chosen.append((e, k))
-        share, z = absorbed(c, w, diff, _sigma(c, c.rec(true_force(c, w, [])), level), 0.95 if law == "ar" else 0.0, tolerance)
+        share, z, rest = absorbed(c, w, diff, _sigma(c, c.rec(true_force(c, w, [])), level), 0.95 if law == "ar" else 0.0, tolerance)
         report.append({"id": e.id, "strength_asked_pct": pct, "strength_alone_pct": reached, "parameters": e.describe(k), "reached": bool(abs(reached / pct - 1) < 0.02),
                        "equivalents": sorted(set(plan["equivalents"]) | set(e.equivalents)), "near": list(e.near),
-                       "also_allowed": ["load-crosstalk"] if d["preload"][0] == d["preload"][1] and {"force-offset", "gravity-tilt"} & ({e.id} | set(plan["equivalents"])) else [], "absorbed_share_by_gains": share, "ideal_z": z})
+                       "also_allowed": ["load-crosstalk"] if d["preload"][0] == d["preload"][1] and {"force-offset", "gravity-tilt"} & ({e.id} | set(plan["equivalents"])) else [], "absorbed_share_by_gains": share, "ideal_z": z, "where": where(c, e, rest)})
         if kind == "undecidable" and share > 0.9:
             report[-1]["also_allowed"] += [i for i in ("parameter-shift", "force-gain") if i not in report[-1]["equivalents"] and i != e.id]
     clean_force = c.rec(true_force(c, w, []))
