@@ -1,5 +1,6 @@
 //! `guideblock trial`
 
+use std::collections::BTreeMap;
 use std::env;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -9,8 +10,11 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use host_tools::trial::TrialError;
 use host_tools::trial::envelope::{self, Envelope, Order};
 use host_tools::trial::page::{self, Exam};
+use host_tools::trial::picture;
 use host_tools::trial::runner::{self, Plan, Run};
-use host_tools::trial::score::{self, Scored, Summary};
+use host_tools::trial::score::goals::{self, Goal};
+use host_tools::trial::score::tally::{self, Bin, Step as Strength, Summary};
+use host_tools::trial::score::{self, Scored};
 use indicatif::ProgressBar;
 use serde::Serialize;
 
@@ -222,7 +226,29 @@ struct Report<'a> {
     root: String,
     run: &'a Run,
     summary: Summary,
+    goals: Vec<Goal>,
+    detection: Vec<Strength>,
+    reliability: Vec<Bin>,
     records: &'a [Scored],
+}
+
+fn results_of(open: &Open) -> PathBuf {
+    open.run.clone().unwrap_or_else(|| open.dir.join("run"))
+}
+
+/// Pictures of the answers that were not right.
+fn pictures_of_wrong(dir: &Path, results: &Path, exam: &Exam) -> Result<BTreeMap<String, Vec<String>>, Failure> {
+    let wrong: Vec<&Scored> = exam.records.iter().filter(|record| !record.outcome.is_right()).collect();
+    let bar = ProgressBar::new(wrong.len() as u64).with_message("pictures");
+    let mut pictures = BTreeMap::new();
+    for record in wrong {
+        let truth = score::truth_of(dir, &record.id)?;
+        let axis = record.location.as_ref().map(|place| place.axis.as_str());
+        pictures.insert(record.id.clone(), picture::pictures(dir, results, &record.id, &truth, axis));
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    Ok(pictures)
 }
 
 fn open(open: &Open) -> Result<(), Failure> {
@@ -230,8 +256,7 @@ fn open(open: &Open) -> Result<(), Failure> {
     let mut complaints = envelope.altered_records(&open.dir)?;
     complaints.extend(envelope.altered_answers(&open.dir)?);
     let mut exams = Vec::new();
-    for results in std::iter::once(open.run.clone().unwrap_or_else(|| open.dir.join("run"))).chain(open.rivals.clone())
-    {
+    for results in std::iter::once(results_of(open)).chain(open.rivals.clone()) {
         let (run, wrong) = Run::open(&results, &envelope)?;
         complaints.extend(wrong);
         exams.push((results, run));
@@ -243,16 +268,21 @@ fn open(open: &Open) -> Result<(), Failure> {
     }
     let mut scored = Vec::new();
     for (results, run) in exams {
+        // reads every recording for the oracle of the hold-out
         let records = score::score(&open.dir, &results, &run)?;
         scored.push(Exam { run, records });
     }
+    let pictures = pictures_of_wrong(&open.dir, &results_of(open), &scored[0])?;
     let reports: Vec<Report<'_>> = scored
         .iter()
         .map(|exam| Report {
             schema: "guideblock.score/1",
             root: envelope.root(),
             run: &exam.run,
-            summary: score::summary(&exam.records),
+            summary: tally::summary(&exam.records),
+            goals: goals::goals(&exam.records),
+            detection: tally::detection(&exam.records),
+            reliability: tally::reliability(&exam.records),
             records: &exam.records,
         })
         .collect();
@@ -263,20 +293,19 @@ fn open(open: &Open) -> Result<(), Failure> {
         std::fs::write(&path, text).map_err(|why| Failure::file(&path, why))
     };
     save("score.json", text + "\n")?;
-    save("trial.html", page::page(&envelope, &scored))?;
+    save("trial.html", page::page(&envelope, &scored, &pictures))?;
     let mut out = output();
     for report in &reports {
         let sums = &report.summary;
         writeln!(
             out,
-            "{}: {} of {} right, {} false alarms in {}, {} wrong names in {}",
+            "{}: {} right, {} false alarms, {} wrong names, {} misses, {} padded sets",
             report.run.program.join(" "),
-            report.records.iter().filter(|record| record.outcome.is_right()).count(),
-            report.records.len(),
-            sums.false_alarms.0,
-            sums.false_alarms.1,
-            sums.wrong_names.0,
-            sums.wrong_names.1
+            sums.right,
+            sums.false_alarms,
+            sums.wrong_names,
+            sums.misses,
+            sums.padded
         )?;
     }
     Ok(())

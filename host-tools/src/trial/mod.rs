@@ -3,12 +3,14 @@
 //! ```text
 //! make   an independent generator draws what is hidden; answers are sealed, the root is written  -> envelope
 //! run    a program of known hash diagnoses every record where it cannot read the answers         -> runner
-//! open   every commitment is checked, then every answer is scored                        -> score -> page
+//! open   every commitment is checked, then every answer is scored       -> score -> page, picture
 //! ```
 
 pub mod commitment;
 pub mod envelope;
+pub mod matrix;
 pub mod page;
+pub mod picture;
 pub mod runner;
 pub mod score;
 

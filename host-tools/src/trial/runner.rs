@@ -67,6 +67,9 @@ pub struct Ending {
     pub seconds: f64,
     /// Hash of the diagnosis; empty where none was written.
     pub diagnosis: String,
+    /// Hash of the simulation with what was found; empty where none was asked for or written.
+    #[serde(default)]
+    pub augmented: String,
 }
 
 impl Run {
@@ -93,12 +96,19 @@ impl Run {
         for id in envelope.records.keys().filter(|id| !run.records.contains_key(*id)) {
             complaints.push(format!("{}: record {id} was not run", path.display()));
         }
-        for (id, ending) in run.records.iter().filter(|(_, ending)| !ending.diagnosis.is_empty()) {
-            let diagnosis = folder.join(format!("{id}.json"));
-            if !diagnosis.is_file() {
-                complaints.push(format!("{}: missing", diagnosis.display()));
-            } else if commitment::hash_file(&diagnosis)? != ending.diagnosis {
-                complaints.push(format!("{}: diagnosis altered after the run", diagnosis.display()));
+        for (id, ending) in &run.records {
+            for (name, hash, what) in [
+                (format!("{id}.json"), &ending.diagnosis, "diagnosis"),
+                (format!("{id}.toml"), &ending.augmented, "augmented simulation"),
+            ] {
+                let file = folder.join(name);
+                if hash.is_empty() {
+                    continue;
+                } else if !file.is_file() {
+                    complaints.push(format!("{}: missing", file.display()));
+                } else if commitment::hash_file(&file)? != *hash {
+                    complaints.push(format!("{}: {what} altered after the run", file.display()));
+                }
             }
         }
         Ok((run, complaints))
@@ -126,6 +136,8 @@ pub fn run(folder: &Path, plan: &Plan, progress: &(dyn Fn(usize) + Sync)) -> Res
     fs::create_dir_all(&plan.into).map_err(at(&plan.into))?;
     let into = &plan.into.canonicalize().map_err(at(&plan.into))?;
     let program = resolve(&plan.program)?;
+    // a single word is a program of this kind and can write what it found as a simulation
+    let is_own = plan.program.len() == 1;
     let isolation = isolation(folder, plan.allows_open_answers)?;
     let mut hashes = BTreeMap::new();
     for file in program.iter().filter(|word| Path::new(word).is_file()) {
@@ -141,8 +153,10 @@ pub fn run(folder: &Path, plan: &Plan, progress: &(dyn Fn(usize) + Sync)) -> Res
         for _ in 0..plan.jobs.max(1) {
             scope.spawn(|| {
                 while let Some(id) = ids.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let files: Vec<&String> = envelope.records[*id].files.keys().collect();
-                    match one(folder, into, id, &files, &program, isolation, plan.limit) {
+                    let mut files: Vec<&String> = envelope.records[*id].files.keys().collect();
+                    // recording.csv before recording-2.csv: the order of time
+                    files.sort_by_key(|name| (name.len(), *name));
+                    match one(folder, into, id, &files, &program, (isolation, plan.limit, is_own)) {
                         Ok(ending) => {
                             if let Ok(mut endings) = endings.lock() {
                                 endings.insert((*id).clone(), ending);
@@ -265,8 +279,7 @@ fn one(
     id: &str,
     files: &[&String],
     program: &[String],
-    isolation: Isolation,
-    limit: Duration,
+    (isolation, limit, is_own): (Isolation, Duration, bool),
 ) -> Result<Ending, TrialError> {
     let work = into.join("work").join(id);
     fs::create_dir_all(&work).map_err(at(&work))?;
@@ -280,6 +293,9 @@ fn one(
     command.args(["--simulation", "simulation.toml", "--json", "diagnosis.json"]);
     if files.iter().any(|name| *name == "holdout.csv") {
         command.args(["--holdout", "holdout.csv"]);
+    }
+    if is_own {
+        command.args(["--export", "augmented.toml"]);
     }
     let said = work.join("stderr.txt");
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(File::create(&said).map_err(at(&said))?);
@@ -302,14 +318,20 @@ fn one(
     } else {
         "crash".to_owned()
     };
-    let (mut diagnosis, seconds) = (String::new(), started.elapsed().as_secs_f64());
-    let answer = work.join("diagnosis.json");
-    if answer.is_file() {
-        let bytes = read(&answer)?;
-        diagnosis = commitment::hash(&bytes);
-        write(&into.join(format!("{id}.json")), bytes)?;
-    }
+    let seconds = started.elapsed().as_secs_f64();
+    let keep = |written: &str, name: String| -> Result<String, TrialError> {
+        let file = work.join(written);
+        if !file.is_file() {
+            return Ok(String::new());
+        }
+        let bytes = read(&file)?;
+        let hash = commitment::hash(&bytes);
+        write(&into.join(name), bytes)?;
+        Ok(hash)
+    };
+    let diagnosis = keep("diagnosis.json", format!("{id}.json"))?;
+    let augmented = keep("augmented.toml", format!("{id}.toml"))?;
     fs::rename(&said, into.join(format!("{id}.stderr.txt"))).map_err(at(&said))?;
     fs::remove_dir_all(&work).map_err(at(&work))?;
-    Ok(Ending { status, seconds, diagnosis })
+    Ok(Ending { status, seconds, diagnosis, augmented })
 }

@@ -1,7 +1,7 @@
-"""Rivals of the analyser: rival.py threshold|lasso-bic RECORDING... --simulation SIM [--json OUT].
+"""Rivals of the analyser: rival.py METHOD RECORDING... --simulation SIM [--holdout OTHER] [--json OUT].
 
 The diagnosis follows the public contract, so the same runner and scorer apply. The law of the simulation file is
-evaluated here with the generator's own ball guide; gains on preload, friction and viscosity are free, as they are for
+evaluated with the generator's own ball guide; gains on preload, friction and viscosity are free, as they are for
 everybody. Exit status: 0 nothing found, 1 something found, 3 unusable.
 """
 import argparse
@@ -9,89 +9,48 @@ import json
 import sys
 import tomllib
 from pathlib import Path
+
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from plant.ballguide import BallGuide, walther  # noqa: E402
-
-TERMS = {  # the domain library: an id and its regressor
-    "seal-drag": lambda r: r["s"], "viscous-drag": lambda r: r["v"], "hysteresis-and-slip": lambda r: r["s"] * r["q"] ** (4 / 3),
-    "force-offset": lambda r: np.ones_like(r["v"]), "inertia": lambda r: r["a"], "load-crosstalk": lambda r: r["p"],
-    "force-drift": lambda r: r["t"], "run-in": lambda r: r["s"] * np.exp(-r["travel"] / (0.2 * r["travel"][-1] + 1e-9)),
-    "direction-asymmetry": lambda r: np.abs(r["base"]), "hydrodynamic-rolling": lambda r: r["s"] * np.abs(r["v"]) ** 0.66 * r["q"] ** 0.47,
-    "thermal-preload": lambda r: r["base"] * r["warm"], "preload-loss": lambda r: r["base"] * r["travel"],
-}
+sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[1])]
+import terms  # noqa: E402
+from methods import METHODS  # noqa: E402
 
 
-def load(paths):
-    """Columns of the recordings, unusable rows dropped."""
-    parts = []
-    for path in paths:
-        a = np.genfromtxt(path, delimiter=",", names=True, invalid_raise=False)
-        parts.append(a)
-    names = set.intersection(*(set(a.dtype.names) for a in parts))
-    c = {n: np.concatenate([np.atleast_1d(a[n]) for a in parts]) for n in names}
-    good = np.isfinite(c["drag_force_n"]) & np.isfinite(c["time_s"])
-    c = {n: x[good] for n, x in c.items()}
-    if len(c["time_s"]) < 200 or np.ptp(c["drag_force_n"]) == 0:
-        raise ValueError("fewer than 200 usable rows or a force that never changes")
-    return c
+def split(rows, gains, y):
+    """Every fourth of 32 blocks of time is set aside."""
+    held = (np.arange(len(y)) * 32 // len(y)) % 4 == 3
+    take = lambda m: ({n: x[m] for n, x in rows.items()}, gains[m], y[m])  # noqa: E731
+    return take(~held), take(held), rows["t"][held]
 
 
-def prepare(c, sim):
-    """Regressors of the drag: base law, its gain directions, motion."""
-    dt = float(np.median(np.diff(c["time_s"])))
-    v = c["velocity_m_s"] if "velocity_m_s" in c else np.gradient(c["position_m"], dt)
-    a = c["acceleration_m_s2"] if "acceleration_m_s2" in c else np.gradient(v, dt)
-    p = c.get("preload_n", np.full_like(v, sim.get("operation", {}).get("preload_n", 3000.0)))
-    guide, oil = sim.get("guide", {}), sim.get("lubricant", {})
-
-    def law(gain_p=1.0, gain_nu=1.0):
-        if "simulated_force_n" in c:
-            return c["simulated_force_n"] * gain_p
-        if guide.get("law") == "coulomb-viscous":
-            return guide.get("coulomb_n", 20.0) * gain_p * np.sign(v) + guide.get("viscous_n_s_m", 200.0) * gain_nu * v + guide.get("offset_n", 0.0)
-        g = BallGuide(conformity=guide.get("conformity", 0.51), exact_angle=guide.get("contact_angle_mode") == "exact", mu_s=guide.get("mu_stribeck", 0.0016))
-        nu = walther(oil["viscosity_40_cst"], oil["viscosity_100_cst"])(c["temperature_block_degc"]) if "viscosity_40_cst" in oil else oil.get("viscosity_cst", 100.0)
-        q = g.ball_load(p * gain_p)
-        return 4 * g.balls * q * sum(g.mu_parts(g.film(q, v, nu * gain_nu))) * np.sign(v)
-    mass = sim.get("axis", {}).get("moved_mass_kg", 0.0)
-    base = law() + mass * a
-    travel = np.cumsum(np.abs(v)) * dt
-    warm = c["temperature_rail_degc"] - c["temperature_block_degc"] if "temperature_rail_degc" in c else c.get("temperature_block_degc", np.zeros_like(v)) - 20
-    rows = {"s": np.sign(v), "v": v, "a": a, "p": p, "q": p / p.max(), "t": c["time_s"] - c["time_s"][0], "travel": travel, "warm": warm, "base": base}
-    gains = np.stack([base, (law(1.01) - law()) * 100, (law(1.0, 1.01) - law()) * 100], 1)
-    near_border = np.zeros(len(v), bool)
-    if "segment" in c:  # a derivative across the border of two runs means nothing
-        for i in np.flatnonzero(np.diff(c["segment"])):
-            near_border[max(0, i - 3):i + 5] = True
-    keep = ~near_border & (np.abs(v) > 1e-3) & np.isfinite(base) & np.isfinite(c["drag_force_n"])
-    return {k: x[keep] for k, x in rows.items()}, gains[keep], c["drag_force_n"][keep]
+def errors(train, held, columns):
+    """RMS errors on the hold-out: gains alone, and with the columns that were found."""
+    out = []
+    for make in (None, columns):
+        joined = [np.column_stack([g, make(r)]) if make else g for r, g, _ in (train, held)]
+        scale = np.sqrt(np.mean(joined[0] ** 2, axis=0)) + 1e-300
+        fit = np.linalg.lstsq(joined[0] / scale, train[2], rcond=None)[0]
+        out.append(float(np.sqrt(np.mean((held[2] - joined[1] / scale @ fit) ** 2))))
+    return out
 
 
-def threshold(rows, gains, y):
-    """Something is reported where the calibrated residual exceeds 2 % of the drag's RMS."""
-    rest = y - gains @ np.linalg.lstsq(gains, y, rcond=None)[0]
-    return ["unknown"] if np.sqrt(np.mean(rest**2)) > 0.02 * np.sqrt(np.mean(y**2)) else []
-
-
-def lasso_bic(rows, gains, y):
-    """LASSO path by least angles over the domain library, order by BIC; gains are never penalised."""
-    from sklearn.linear_model import LassoLarsIC
-    step = max(1, len(y) // 20000)
-    names = list(TERMS)
-    x = np.stack([TERMS[n](rows) for n in names], 1)[::step]
-    g, y = gains[::step], y[::step]
-
-    def rest(z):
-        return z - g @ np.linalg.lstsq(g, z, rcond=None)[0]
-    x, y = rest(x), rest(y)
-    scale = np.sqrt(np.mean(x**2, axis=0)) + 1e-300
-    fit = LassoLarsIC("bic", fit_intercept=False).fit(x / scale, y)
-    return [names[i] for i in np.argsort(-np.abs(fit.coef_)) if fit.coef_[i] != 0]
-
-
-METHODS = {"threshold": threshold, "lasso-bic": lasso_bic}
+def diagnose(method, recordings, simulation, holdout):
+    """Ids found and what is said of the hold-out."""
+    sim = tomllib.loads(Path(simulation).read_text())
+    columns = terms.load(recordings)
+    *all_rows, scale = terms.prepare(columns, sim)
+    if holdout:
+        train, held, at = tuple(all_rows), terms.prepare(terms.load([holdout]), sim, scale)[:3], []
+    else:
+        train, held, at = split(*all_rows)
+    if len(train[2]) < 200:
+        raise ValueError("fewer than 200 rows that move")
+    found, make = METHODS[method](*train)
+    before, after = errors(train, held, make) if len(held[2]) else (None, None)
+    runs = np.split(at, np.flatnonzero(np.diff(at) > 5 * np.median(np.diff(at))) + 1) if len(at) > 2 else []
+    return found, {"description": "own file" if holdout else "every fourth of 32 blocks", "intervals_s": [[float(r[0]), float(r[-1])] for r in runs],
+                   "rmse_calibrated_n": before, "rmse_after_n": after}
 
 
 def main():
@@ -103,14 +62,15 @@ def main():
     a.add_argument("--holdout")
     a.add_argument("--json")
     a = a.parse_args()
+    holdout = None
     try:
-        found = METHODS[a.method](*prepare(load(a.recordings), tomllib.loads(Path(a.simulation).read_text())))
+        found, holdout = diagnose(a.method, a.recordings, a.simulation, a.holdout)
         verdict = "match" if not found else ("unexplained" if found == ["unknown"] else "explained")
     except ValueError as why:
         print(why, file=sys.stderr)
         found, verdict = [], "insufficient-data"
     entries = [{"id": n, "kind": "unknown" if n == "unknown" else "physics", "confidence": 0.9, "equivalents": []} for n in found]
-    text = json.dumps({"schema": "guideblock.diagnosis/1", "verdict": verdict, "mechanisms": entries}, sort_keys=True)
+    text = json.dumps({"schema": "guideblock.diagnosis/1", "verdict": verdict, "mechanisms": entries, "holdout": holdout}, sort_keys=True)
     if a.json:
         Path(a.json).write_text(text + "\n", encoding="utf-8")
     else:
