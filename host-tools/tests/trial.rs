@@ -36,14 +36,22 @@ fn text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
+fn text_of(value: &serde_json::Value) -> &str {
+    value.as_str().unwrap()
+}
+
 fn make(folder: &Path, made_at: &str) -> String {
+    make_of(folder, made_at, "8")
+}
+
+fn make_of(folder: &Path, made_at: &str, records: &str) -> String {
     let made = guideblock(&[
         "trial",
         "make",
         "--seed",
         "11",
         "--records",
-        "8",
+        records,
         "--salt-seed",
         "1",
         "--made-at",
@@ -96,6 +104,15 @@ fn a_trial_is_made_run_and_opened_and_no_tampering_passes() {
     assert_eq!(blocks.len(), 8, "every block");
     let page = fs::read_to_string(folder.join("trial.html")).unwrap();
     assert!(page.contains(root.trim()) && !page.contains("http://localhost"));
+    let wrong: Vec<_> =
+        records.iter().filter(|r| !["right", "rightly-silent"].contains(&text_of(&r["outcome"]))).collect();
+    assert!(!wrong.is_empty());
+    for record in wrong {
+        let id = text_of(&record["id"]);
+        // the pages of spoiled files have no picture
+        let is_drawn = page.contains(&format!("{id} over time")) || record["block"] == "damaged";
+        assert!(page.contains(&format!("<td>{id}</td>")) && is_drawn, "{id}");
+    }
 
     let flip = |bytes: &mut Vec<u8>| {
         let middle = bytes.len() / 2;
@@ -180,4 +197,89 @@ fn a_recording_altered_before_the_run_stops_it_and_a_spy_sees_no_answer() {
         let records = score[0]["records"].as_array().unwrap();
         assert!(records.iter().all(|record| record["outcome"] == "no-answer"), "{name} counts as wrong");
     }
+}
+
+#[test]
+fn the_scale_ends_at_who_knows_everything_and_tells_who_pads_or_misplaces() {
+    if !has_python() {
+        return;
+    }
+    let folder = folder("scale");
+    make_of(&folder, "1000", "32");
+    // laid open for the stand-in only: a copy where the run does not hide it
+    let copy = Path::new(env!("CARGO_TARGET_TMPDIR")).join("scale-answers");
+    let _ = fs::remove_dir_all(&copy);
+    fs::create_dir_all(&copy).unwrap();
+    for entry in fs::read_dir(folder.join("answers")).unwrap() {
+        let from = entry.unwrap().path();
+        fs::copy(&from, copy.join(from.file_name().unwrap())).unwrap();
+    }
+    let stand_in = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/all_knowing.py");
+    for mode in ["perfect", "padded", "misplaced"] {
+        let binary = format!("python3 {stand_in} {mode} {}", copy.display());
+        let into = folder.join(mode);
+        let words = ["trial", "run", text(&folder), "--answers-open", "--into", text(&into), "--binary", &binary];
+        let ran = guideblock(&words);
+        assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    }
+    let words = ["padded", "misplaced"].map(|mode| folder.join(mode));
+    let run = folder.join("perfect");
+    let opened = guideblock(&[
+        "trial",
+        "open",
+        text(&folder),
+        "--run",
+        text(&run),
+        "--rivals",
+        text(&words[0]),
+        text(&words[1]),
+    ]);
+    assert!(opened.status.success(), "{}", String::from_utf8_lossy(&opened.stderr));
+    let score: serde_json::Value = serde_json::from_slice(&fs::read(folder.join("score.json")).unwrap()).unwrap();
+    let share = |n: usize, name: &str| {
+        let share = &score[n]["summary"][name];
+        (share["part"].as_u64().unwrap(), share["of"].as_u64().unwrap())
+    };
+    let all = |n: usize, name: &str| share(n, name).0 == share(n, name).1 && share(n, name).1 > 0;
+    assert!(all(0, "right") && all(0, "axes") && all(0, "flagged") && all(0, "next_runs"), "{}", score[0]["summary"]);
+    assert!(all(0, "covered_90") && all(0, "covered_95"), "{}", score[0]["summary"]);
+    assert_eq!((share(0, "false_alarms").0, share(0, "wrong_names").0, share(0, "misses").0), (0, 0, 0));
+    let gain = score[0]["summary"]["median_gain"].as_f64().unwrap();
+    assert!((gain - 1.0).abs() < 1e-3, "{gain}");
+    assert_eq!(score[0]["summary"]["calibration_error"], 0.0);
+    let goals = score[0]["goals"].as_array().unwrap();
+    // intervals that always hold the truth are too wide, and 32 records have not every kind
+    assert!(
+        goals.iter().all(|goal| goal["is_met"] != false || text_of(&goal["wanted"]).starts_with("90 %")),
+        "{goals:?}"
+    );
+
+    let known =
+        score[1]["records"].as_array().unwrap().iter().filter(|record| {
+            ["sensor", "single", "pair", "triple", "undecidable"].contains(&text_of(&record["block"]))
+        });
+    assert!(known.clone().count() > 8 && known.clone().all(|record| record["outcome"] == "padded"));
+    assert_eq!(share(2, "axes").0, 0);
+    assert_eq!((share(2, "covered_95").0, score[2]["summary"]["median_gain"].as_f64().map(f64::abs)), (0, Some(0.0)));
+    let page = fs::read_to_string(folder.join("trial.html")).unwrap();
+    assert!(page.contains("all_knowing.py misplaced") && page.contains("confusion matrix"));
+}
+
+#[test]
+fn real_recordings_are_skipped_where_they_are_not() {
+    let folder = folder("real");
+    let words = [
+        "trial",
+        "real",
+        "--binary",
+        env!("CARGO_BIN_EXE_guideblock"),
+        "--data",
+        text(&folder),
+        "--out",
+        text(&folder),
+    ];
+    let skipped = guideblock(&words);
+    assert_eq!(skipped.status.code(), Some(0));
+    assert!(String::from_utf8_lossy(&skipped.stderr).contains("skipped: none of the recordings"));
+    assert!(!folder.join("real.html").exists());
 }

@@ -10,11 +10,11 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use host_tools::trial::TrialError;
 use host_tools::trial::envelope::{self, Envelope, Order};
 use host_tools::trial::page::{self, Exam};
-use host_tools::trial::picture;
 use host_tools::trial::runner::{self, Plan, Run};
 use host_tools::trial::score::goals::{self, Goal};
 use host_tools::trial::score::tally::{self, Bin, Step as Strength, Summary};
 use host_tools::trial::score::{self, Scored};
+use host_tools::trial::{commitment, picture, real};
 use indicatif::ProgressBar;
 use serde::Serialize;
 
@@ -40,6 +40,8 @@ enum Step {
     Run(Once),
     /// Checks every commitment, scores, writes score.json and trial.html
     Open(Open),
+    /// Diagnoses published recordings of real machines, writes real.json and real.html
+    Real(Real),
 }
 
 #[derive(clap::Args)]
@@ -112,6 +114,19 @@ struct Open {
     out: Option<PathBuf>,
 }
 
+#[derive(clap::Args)]
+struct Real {
+    /// Program
+    #[arg(long, default_value = "guideblock", value_name = "PROGRAM")]
+    binary: String,
+    /// Folder of the recordings; GUIDEBLOCK_DATA or ../shared/data unless told
+    #[arg(long, value_name = "DIR")]
+    data: Option<PathBuf>,
+    /// Where real.json and real.html go
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
 impl From<TrialError> for Failure {
     fn from(error: TrialError) -> Self {
         match error {
@@ -130,6 +145,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         Step::Make(make) => self::make(make),
         Step::Run(once) => diagnose(&once),
         Step::Open(open) => self::open(&open),
+        Step::Real(real) => self::real(&real),
     }
 }
 
@@ -307,6 +323,36 @@ fn open(open: &Open) -> Result<(), Failure> {
             sums.misses,
             sums.padded
         )?;
+    }
+    Ok(())
+}
+
+fn real(real: &Real) -> Result<(), Failure> {
+    let data = real.data.clone().unwrap_or_else(|| real::data_folder(Path::new(".")));
+    let program = runner::find(&real.binary)?;
+    let spinner = ProgressBar::new_spinner().with_message("real recordings");
+    spinner.enable_steady_tick(Duration::from_millis(200));
+    let answers = real::run(&program, &data, &real.out);
+    spinner.finish_and_clear();
+    let answers = answers?;
+    if answers.is_empty() {
+        say(format_args!(
+            "skipped: none of the recordings is in {}; set GUIDEBLOCK_DATA to their folder",
+            data.display()
+        ));
+        return Ok(());
+    }
+    let hash = commitment::hash_file(Path::new(&program))?;
+    let text = serde_json::to_string_pretty(&answers).map_err(Failure::data)?;
+    for (name, text) in [("real.json", text + "\n"), ("real.html", real::page(&program, &hash, &answers))] {
+        let path = real.out.join(name);
+        std::fs::write(&path, text).map_err(|why| Failure::file(&path, why))?;
+    }
+    let mut out = output();
+    for answer in &answers {
+        let names = if answer.named.is_empty() { "nothing".to_owned() } else { answer.named.join(", ") };
+        let is_right = if answer.is_right { "as stated" } else { "NOT as stated" };
+        writeln!(out, "{}: {is_right}: {}, {names}", answer.name, answer.verdict)?;
     }
     Ok(())
 }

@@ -11,6 +11,7 @@ pub mod envelope;
 pub mod matrix;
 pub mod page;
 pub mod picture;
+pub mod real;
 pub mod runner;
 pub mod score;
 

@@ -16,7 +16,7 @@ use simulation::run::Run;
 
 use super::score::holdout::floats;
 use super::score::truth::Truth;
-use crate::recording::{self, silent};
+use crate::recording::{self, Mapping, silent};
 use crate::report::chart::Chart;
 use crate::simulate::Simulated;
 
@@ -70,11 +70,12 @@ fn chart(rest: &Rest, title: &str, x: &str, values: &[f64], sign: &[f64], cells:
     let line = |force: &[f64]| means(values, force, sign, cells);
     let mut chart = Chart::new(title, x, "force left (N)").height(HEIGHT).from_zero();
     chart = chart.line("before", line(&rest.before));
-    if let Some(after) = &rest.after {
-        chart = chart.line("after", line(after));
-    }
     if let Some(hidden) = &rest.hidden {
         chart = chart.dashed("hidden", line(hidden));
+    }
+    // last, so that colours stay where a diagnosis added nothing
+    if let Some(after) = &rest.after {
+        chart = chart.line("after", line(after));
     }
     chart.svg()
 }
@@ -105,11 +106,14 @@ fn rest(folder: &Path, results: &Path, id: &str, truth: &Truth, main_axis: Optio
         Some(augmented) => Simulation { mechanisms: Vec::new(), ..augmented.clone() },
         None => simulation(&record.join("simulation.toml"))?,
     };
+    // a gain on a column stands in the file as a mapping
+    let mappings: Vec<Mapping> =
+        given.columns.iter().map(|(name, text)| Mapping::new(name, text).ok()).collect::<Option<_>>()?;
     let runs: Vec<(Run, Motion)> = truth
         .files
         .iter()
         .map(|name| {
-            let (run, _) = recording::open(&record.join(name), &[], &[], &silent).ok()?;
+            let (run, _) = recording::open(&record.join(name), &mappings, &[], &silent).ok()?;
             let motion = Motion::of(&run);
             Some((run, motion))
         })

@@ -193,21 +193,36 @@ pub fn run(folder: &Path, plan: &Plan, progress: &(dyn Fn(usize) + Sync)) -> Res
     Ok(run)
 }
 
+/// A program, by its path or from the search path, as an absolute name.
+///
+/// # Errors
+/// [`TrialError::Tool`] where there is none.
+pub fn find(program: &str) -> Result<String, TrialError> {
+    if let Some(found) = absolute(Path::new(program))? {
+        return Ok(found);
+    }
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let searched = std::env::split_paths(&path).map(|folder| folder.join(program)).find(|file| file.is_file());
+    match searched.filter(|_| !program.contains('/')) {
+        Some(file) => Ok(file.display().to_string()),
+        None => Err(TrialError::Tool(format!("{program}: no such program"))),
+    }
+}
+
+/// The absolute name of a file; `None` where it is none. Not canonical: an interpreter of a virtual environment is known
+/// by the name of its link.
+fn absolute(file: &Path) -> Result<Option<String>, TrialError> {
+    if !file.is_file() {
+        return Ok(None);
+    }
+    Ok(Some(std::path::absolute(file).map_err(at(file))?.display().to_string()))
+}
+
 /// Program of the search path and files of the command as absolute names: every process has its own folder.
 fn resolve(command: &[String]) -> Result<Vec<String>, TrialError> {
     let mut words = Vec::new();
     for (n, word) in command.iter().enumerate() {
-        let mut found = Path::new(word).is_file().then(|| PathBuf::from(word));
-        if n == 0 && !word.contains('/') && found.is_none() {
-            let path = std::env::var_os("PATH").unwrap_or_default();
-            found = std::env::split_paths(&path).map(|folder| folder.join(word)).find(|file| file.is_file());
-        }
-        if n == 0 && found.is_none() {
-            return Err(TrialError::Tool(format!("{word}: no such program")));
-        }
-        // not canonical: an interpreter of a virtual environment is known by the name of its link
-        let absolute = found.map(|file| std::path::absolute(&file).map_err(at(&file))).transpose()?;
-        words.push(absolute.map_or_else(|| word.clone(), |file| file.display().to_string()));
+        words.push(if n == 0 { find(word)? } else { absolute(Path::new(word))?.unwrap_or_else(|| word.clone()) });
     }
     match words.len() {
         0 => Err(TrialError::Tool("no program given".to_owned())),
