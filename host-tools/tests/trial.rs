@@ -283,3 +283,57 @@ fn real_recordings_are_skipped_where_they_are_not() {
     assert!(String::from_utf8_lossy(&skipped.stderr).contains("skipped: none of the recordings"));
     assert!(!folder.join("real.html").exists());
 }
+
+#[test]
+fn an_envelope_filled_by_hand_is_sealed_and_scored() {
+    if !has_python() {
+        return;
+    }
+    let folder = folder("by-hand");
+    fs::create_dir_all(folder.join("answers")).unwrap();
+    // 40 N against the motion: the rule of thumb calls it seal-drag; 10 N: nothing
+    let rows = |force: f64| -> String {
+        (0..400)
+            .map(|n| {
+                let sign = if n % 100 < 50 { 1.0 } else { -1.0 };
+                format!("{:.2},{:.4},{:.3}\n", 0.01 * f64::from(n), 0.1 * sign, sign * force + 0.01 * f64::from(n % 7))
+            })
+            .collect()
+    };
+    for (id, force, effects, verdict) in [
+        ("card-1", 40.0, r#"[{"id": "seal-drag", "ideal_z": 100, "strength_alone_pct": 5}]"#, "explained"),
+        ("card-2", 10.0, "[]", "match"),
+        ("card-3", 10.0, r#"[{"id": "inertia", "ideal_z": 100, "strength_alone_pct": 2}]"#, "explained"),
+    ] {
+        let record = folder.join("records").join(id);
+        fs::create_dir_all(&record).unwrap();
+        fs::write(record.join("recording.csv"), format!("time_s,velocity_m_s,drag_force_n\n{}", rows(force))).unwrap();
+        fs::write(
+            record.join("simulation.toml"),
+            "schema = \"guideblock.simulation/1\"\n[operation]\npreload_n = 1000.0\n",
+        )
+        .unwrap();
+        let truth = format!(r#"{{"kind": "single", "effects": {effects}, "expected_verdict": "{verdict}"}}"#);
+        if id != "card-3" {
+            fs::write(folder.join(format!("answers/{id}.truth.json")), truth).unwrap();
+        } else {
+            let refused = guideblock(&["trial", "seal", text(&folder)]);
+            assert!(String::from_utf8_lossy(&refused.stderr).contains("card-3.truth.json: missing"));
+            fs::write(folder.join(format!("answers/{id}.truth.json")), truth).unwrap();
+        }
+    }
+    let blocks = r#"{"seed": 0, "blocks": {"card-1": "single", "card-2": "clean", "card-3": "single"}}"#;
+    fs::write(folder.join("answers/trial.json"), blocks).unwrap();
+    let sealed = guideblock(&["trial", "seal", text(&folder)]);
+    assert!(sealed.status.success(), "{}", String::from_utf8_lossy(&sealed.stderr));
+    assert_eq!(fs::read(folder.join("root.txt")).unwrap(), sealed.stdout);
+    assert_eq!(guideblock(&["trial", "seal", text(&folder)]).status.code(), Some(2), "once");
+    run(&folder);
+    let opened = guideblock(&["trial", "open", text(&folder)]);
+    assert!(opened.status.success(), "{}", String::from_utf8_lossy(&opened.stderr));
+    let score: serde_json::Value = serde_json::from_slice(&fs::read(folder.join("score.json")).unwrap()).unwrap();
+    let outcomes: Vec<&str> =
+        score[0]["records"].as_array().unwrap().iter().map(|record| text_of(&record["outcome"])).collect();
+    assert_eq!(outcomes, ["right", "right", "missed"]);
+    assert!(fs::read_to_string(folder.join("trial.html")).unwrap().contains("card-3 over time"));
+}

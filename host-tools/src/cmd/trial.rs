@@ -36,6 +36,8 @@ pub(crate) struct Arguments {
 enum Step {
     /// Draws what is hidden, writes recordings, seals the answers, prints the root
     Make(Make),
+    /// Seals a folder of records and answers that was filled by hand, prints the root
+    Seal(SealArguments),
     /// Diagnoses every record in a process that cannot read the answers; records the program's hash
     Run(Once),
     /// Checks every commitment, scores, writes score.json and trial.html
@@ -76,6 +78,12 @@ struct Make {
     /// Time of making, seconds since 1970; now unless told
     #[arg(long, value_name = "S", requires = "salt_seed")]
     made_at: Option<u64>,
+}
+
+#[derive(clap::Args)]
+struct SealArguments {
+    /// Folder with records/ID/ and answers/: ID.truth.json, trial.json
+    dir: PathBuf,
 }
 
 #[derive(clap::Args)]
@@ -143,6 +151,12 @@ impl From<TrialError> for Failure {
 pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     match arguments.step {
         Step::Make(make) => self::make(make),
+        Step::Seal(seal) => {
+            let sealed = envelope::seal(&seal.dir, now())?;
+            writeln!(output(), "{}", sealed.root())?;
+            say(format_args!("{} records sealed; publish the root before the run", sealed.records.len()));
+            Ok(())
+        }
         Step::Run(once) => diagnose(&once),
         Step::Open(open) => self::open(&open),
         Step::Real(real) => self::real(&real),

@@ -180,16 +180,32 @@ pub fn make(order: &Order, folder: &Path) -> Result<Envelope, TrialError> {
     let blocks = generate(order, folder, &answers)?;
     let trial = serde_json::json!({"seed": order.seed, "blocks": blocks, "is_full": order.is_full});
     write(&answers.join("trial.json"), format!("{trial}\n"))?;
+    sealed(folder, order.made_s, order.salt_seed, hash_of_sources(&order.plant.join("plant"))?)
+}
 
-    let mut envelope = Envelope {
-        schema: SCHEMA.to_owned(),
-        made_s: order.made_s,
-        generator: hash_of_sources(&order.plant.join("plant"))?,
-        trial: String::new(),
-        records: BTreeMap::new(),
-    };
+/// Seals a folder that was filled by hand, as on a rig: `records/ID/`, `answers/ID.truth.json`, `answers/trial.json`.
+///
+/// # Errors
+/// [`TrialError::Tool`] where it is sealed already or a record has no answer, [`TrialError::File`].
+pub fn seal(folder: &Path, made_s: u64) -> Result<Envelope, TrialError> {
+    if folder.join("root.txt").exists() {
+        return Err(TrialError::Tool(format!("{} is sealed already", folder.display())));
+    }
+    for id in names(&folder.join("records"))? {
+        let answer = folder.join("answers").join(format!("{id}.truth.json"));
+        if !answer.is_file() {
+            return Err(TrialError::Tool(format!("{}: missing: every record needs its answer", answer.display())));
+        }
+    }
+    sealed(folder, made_s, None, "by hand".to_owned())
+}
+
+fn sealed(folder: &Path, made_s: u64, salt_seed: Option<u64>, generator: String) -> Result<Envelope, TrialError> {
+    let answers = folder.join("answers");
+    let mut envelope =
+        Envelope { schema: SCHEMA.to_owned(), made_s, generator, trial: String::new(), records: BTreeMap::new() };
     let seal = |id: &str| -> Result<Salt, TrialError> {
-        let salt = commitment::salt(order.salt_seed, id)?;
+        let salt = commitment::salt(salt_seed, id)?;
         write(&answers.join(format!("{id}.salt")), format!("{}\n", commitment::hex(&salt)))?;
         Ok(salt)
     };

@@ -110,7 +110,7 @@ fn rest(folder: &Path, results: &Path, id: &str, truth: &Truth, main_axis: Optio
     let mappings: Vec<Mapping> =
         given.columns.iter().map(|(name, text)| Mapping::new(name, text).ok()).collect::<Option<_>>()?;
     let runs: Vec<(Run, Motion)> = truth
-        .files
+        .files()
         .iter()
         .map(|name| {
             let (run, _) = recording::open(&record.join(name), &mappings, &[], &silent).ok()?;

@@ -33,7 +33,7 @@ pub fn oracle(folder: &Path, id: &str, truth: &Truth, stated: &Holdout) -> Resul
     let (files, array) = if own.is_file() {
         (vec![own.as_path().to_owned()], "truth-force-holdout.npy")
     } else {
-        (truth.files.iter().map(|name| record.join(name)).collect(), "truth-force.npy")
+        (truth.files().iter().map(|name| record.join(name)).collect(), "truth-force.npy")
     };
     let array = folder.join("answers").join(format!("{id}.{array}"));
     if !array.is_file() {

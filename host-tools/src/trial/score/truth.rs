@@ -20,7 +20,7 @@ pub struct Truth {
     /// Noise of the force.
     #[serde(default)]
     pub noise: Noise,
-    /// Recordings, in the order of time.
+    /// Recordings, in the order of time; see [`Truth::files`].
     #[serde(default)]
     pub files: Vec<String>,
     /// Error of the stated constants, within their tolerance: true over stated, less 1.
@@ -102,6 +102,13 @@ pub struct Stretch {
     pub samples: Vec<f64>,
     /// Share of the energy in each.
     pub energy: Vec<f64>,
+}
+
+impl Truth {
+    /// Names of the recordings; an answer written by hand need not list the only one.
+    pub fn files(&self) -> Vec<&str> {
+        if self.files.is_empty() { vec!["recording.csv"] } else { self.files.iter().map(String::as_str).collect() }
+    }
 }
 
 impl Effect {
