@@ -310,7 +310,7 @@ fn an_envelope_filled_by_hand_is_sealed_and_scored() {
         fs::write(record.join("recording.csv"), format!("time_s,velocity_m_s,drag_force_n\n{}", rows(force))).unwrap();
         fs::write(
             record.join("simulation.toml"),
-            "schema = \"guideblock.simulation/1\"\n[operation]\npreload_n = 1000.0\n",
+            "schema = \"guideblock.simulation/1\"\n[lubricant]\nviscosity_cst = 100.0\n[operation]\npreload_n = 1000.0\n",
         )
         .unwrap();
         let truth = format!(r#"{{"kind": "single", "effects": {effects}, "expected_verdict": "{verdict}"}}"#);

@@ -112,14 +112,16 @@ impl Named {
         set.contains(effect.id.as_str()) || effect.also_allowed.iter().any(|id| set.contains(id.as_str()))
     }
 
-    /// Whether its set is longer than any recording can call for, or has a member that the answer does not allow.
+    /// Whether its set is longer than any recording can call for, or has a member that no effect it holds allows: two
+    /// hidden effects in one set are padding too, for each can be told from the other.
     pub fn is_padded(&self, effects: &[Effect]) -> bool {
         const MOST: usize = 3;
         let set = self.set();
-        let held: Vec<&Effect> = effects.iter().filter(|effect| self.holds(effect)).collect();
-        let allowed: BTreeSet<&str> = held.iter().flat_map(|effect| effect.allowed()).collect();
-        // a design can be so poor that the true set itself is larger
-        let most = held.iter().map(|effect| 1 + effect.equivalents.len()).max().unwrap_or(0).max(MOST);
-        set.len() > most || set.iter().any(|id| !allowed.contains(id))
+        !effects.iter().filter(|effect| self.holds(effect)).any(|effect| {
+            let allowed = effect.allowed();
+            // a design can be so poor that the true set itself is larger
+            let most = MOST.max(1 + effect.equivalents.len());
+            set.len() <= most && set.iter().all(|id| allowed.contains(id))
+        })
     }
 }

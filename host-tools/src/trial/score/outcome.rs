@@ -214,8 +214,8 @@ mod tests {
             // what resembles is not what cannot be told apart
             (&offset, said("ambiguous", &[&["force-offset", "cable-chain"]]), Outcome::Padded),
             (&offset, said("ambiguous", &[&["force-offset"], &["gravity-tilt"]]), Outcome::WrongName),
-            (&pair, said("ambiguous", &[&["seal-drag", "run-in"]]), Outcome::Partly),
-            (&pair, said("ambiguous", &[&["seal-drag", "run-in"], &["run-in"]]), Outcome::Right),
+            (&pair, said("ambiguous", &[&["seal-drag", "run-in"]]), Outcome::Padded),
+            (&pair, said("ambiguous", &[&["seal-drag", "run-in"], &["run-in"]]), Outcome::Padded),
             (
                 &wide,
                 said("ambiguous", &[&["seal-drag", "gravity-tilt", "force-offset", "hysteresis-and-slip"]]),
