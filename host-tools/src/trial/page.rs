@@ -8,7 +8,7 @@ use super::runner::Run;
 use super::score::coverage::COMPARABLE;
 use super::score::goals::goals;
 use super::score::holdout::WITHOUT_ORACLE;
-use super::score::tally::{Share, Summary, detection, reliability, share, summary};
+use super::score::tally::{Share, Step, Summary, detection, reliability, share, summary};
 use super::score::{Outcome, Scored};
 use crate::report::chart::Chart;
 use crate::report::page::Page;
@@ -27,8 +27,9 @@ impl Exam {
     pub fn name(&self) -> String {
         let short = |word: &String| word.rsplit('/').next().unwrap_or(word).to_owned();
         let words: Vec<String> = self.run.program.iter().map(short).collect();
-        // an interpreter says nothing about what it ran
-        let skip = usize::from(words.len() > 1 && words[0].starts_with("python"));
+        // an interpreter and its script say less than the script's first word
+        let is_script = |word: &String| word.starts_with("python") || word.ends_with(".py");
+        let skip = words.iter().take(words.len().saturating_sub(1)).take_while(|word| is_script(word)).count();
         words[skip..].join(" ")
     }
 }
@@ -171,38 +172,42 @@ fn rivals(page: &mut Page, exams: &[Exam]) {
 }
 
 fn curve(page: &mut Page, exams: &[Exam]) {
-    let mut chart = Chart::new("single effects and sensor faults", "strength (% of drag RMS)", "share of records")
+    let Some(candidate) = exams.first() else { return };
+    let steps = detection(&candidate.records);
+    let line = |of: &dyn Fn(&Step) -> Share| {
+        steps.iter().map(|step| (step.strength_pct, of(step).value().unwrap_or(f64::NAN))).collect::<Vec<_>>()
+    };
+    let chart = Chart::new("single effects and sensor faults", "strength (% of drag RMS)", "share of records")
         .log_x()
         .from_zero()
-        .height(300.0);
-    let mut rows = Vec::new();
-    for (n, exam) in exams.iter().enumerate() {
-        let steps = detection(&exam.records);
-        let line = |of: &dyn Fn(&super::score::tally::Step) -> Share| {
-            steps.iter().map(|step| (step.strength_pct, of(step).value().unwrap_or(f64::NAN))).collect::<Vec<_>>()
-        };
-        if n == 0 {
-            chart = chart.dashed("likelihood-ratio limit", line(&|step| step.visible));
-            chart = chart.line("named right", line(&|step| step.named));
-            chart = chart.dotted("noticed", line(&|step| step.detected));
-            rows = steps
-                .iter()
-                .map(|step| {
-                    vec![
-                        format!("{:.2}", step.strength_pct),
-                        step.visible.to_string(),
-                        step.detected.to_string(),
-                        step.named.to_string(),
-                    ]
-                })
-                .collect();
-        } else {
-            chart = chart.line(&exam.name(), line(&|step| step.named));
-        }
-    }
+        .height(300.0)
+        .dashed("likelihood-ratio limit", line(&|step| step.visible))
+        .line("named right", line(&|step| step.named))
+        .dotted("noticed", line(&|step| step.detected));
     page.picture(&chart.svg());
     page.prose("The limit: the share of records in which an analyser sees the effect that knows its exact shape and the noise.");
-    page.table(&["strength (%)", "limit", "noticed", "named right"], &rows);
+    let others: Vec<(String, Vec<Step>)> =
+        exams[1..].iter().map(|exam| (exam.name(), detection(&exam.records))).collect();
+    let header: Vec<&str> = ["strength (%)", "limit", "noticed", "named right"]
+        .into_iter()
+        .chain(others.iter().map(|(name, _)| name.as_str()))
+        .collect();
+    let rows: Vec<Vec<String>> = steps
+        .iter()
+        .enumerate()
+        .map(|(n, step)| {
+            let mut row = vec![
+                format!("{:.2}", step.strength_pct),
+                step.visible.to_string(),
+                step.detected.to_string(),
+                step.named.to_string(),
+            ];
+            // every exam has the same records, and so the same steps
+            row.extend(others.iter().map(|(_, steps)| steps.get(n).map_or(0, |step| step.named.part).to_string()));
+            row
+        })
+        .collect();
+    page.table(&header, &rows);
 }
 
 fn confidence(page: &mut Page, records: &[Scored]) {
