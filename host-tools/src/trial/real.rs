@@ -223,7 +223,8 @@ pub fn page(program: &str, hash: &str, answers: &[Answer]) -> String {
     page.lead(&format!("{right} of {} recordings answered as their authors state.", answers.len()));
     page.prose(
         "Measured by others, published with what they found. Nothing is hidden here, so this proves less than the concealed \
-         trial; it shows that the same program reads foreign machines. Read as published, through column mappings.",
+         trial; it shows that the same program reads foreign machines. Read as published, through column mappings. Names \
+         that the authors say nothing about are not judged; errors are those of the rows that the program compares.",
     );
     page.table(
         &["what", "value"],
