@@ -1,6 +1,6 @@
 //! Whether stated intervals hold the truth, where a number means the same on both sides.
 //!
-//! Generator and analyser describe most effects by different forms on purpose; only the numbers of [`comparable`] mean the
+//! Generator and analyser describe most effects by different forms on purpose; only the numbers of [`COMPARABLE`] mean the
 //! same in both. A stated 95 % interval is scored as it is; its 90 % interval is the same shrunk about the value by
 //! 1.645/1.960, as for a normal error.
 
