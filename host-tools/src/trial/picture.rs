@@ -222,4 +222,42 @@ mod tests {
         assert!(got.iter().all(|(_, mean)| *mean == 1.0) && got.is_sorted_by(|a, b| a.0 < b.0));
         assert!(means(&[], &[], &[], 4).is_empty());
     }
+
+    #[test]
+    fn what_a_diagnosis_adds_is_taken_off_what_was_left() {
+        const LAW: &str = "schema = \"guideblock.simulation/1\"\n[lubricant]\nviscosity_cst = 100.0\n[operation]\npreload_n = 1000.0\n";
+        let seal = "[[mechanism]]\nid = \"seal-drag\"\nform = \"constant\"\nseal_n = 2.0\n";
+        let folder = std::env::temp_dir().join(format!("guideblock-picture-{}", std::process::id()));
+        for part in ["records/r1", "answers", "run"] {
+            fs::create_dir_all(folder.join(part)).unwrap();
+        }
+        let velocity = |n: usize| -> f64 { if n % 100 < 50 { 0.1 } else { -0.05 } };
+        let rows = |force: &dyn Fn(usize) -> f64| -> String {
+            let row = |n: usize| format!("{:.2},{},{:.9}\n", 0.01 * n as f64, velocity(n), force(n));
+            std::iter::once("time_s,velocity_m_s,drag_force_n\n".to_owned()).chain((0..400).map(row)).collect()
+        };
+        let recording = folder.join("records/r1/recording.csv");
+        fs::write(&recording, rows(&|n| n as f64)).unwrap();
+        fs::write(folder.join("records/r1/simulation.toml"), LAW).unwrap();
+        let (run, _) = recording::open(&recording, &[], &[], &silent).unwrap();
+        let law = Simulated::of(&Simulation::from_toml(LAW).unwrap(), &run, &Motion::of(&run)).unwrap().force_n;
+        fs::write(&recording, rows(&|n| law[n] + 2.0 * velocity(n).signum())).unwrap();
+        let truth = Truth::default();
+        let results = folder.join("run");
+        let left = |of: &dyn Fn(&Rest) -> Option<Vec<f64>>| {
+            let rest = rest(&folder, &results, "r1", &truth, None).unwrap();
+            let force = of(&rest)?;
+            let signed = force.iter().zip(&rest.velocity_m_s).map(|(f, v)| f * v.signum());
+            Some((signed.sum::<f64>() / force.len() as f64 * 1e6).round() / 1e6)
+        };
+        assert_eq!(left(&|rest| Some(rest.before.clone())), Some(2.0));
+        assert_eq!(left(&|rest| rest.after.clone()), None, "the diagnosis wrote no simulation");
+        fs::write(results.join("r1.toml"), format!("{LAW}{seal}")).unwrap();
+        assert_eq!(left(&|rest| Some(rest.before.clone())), Some(2.0));
+        assert_eq!(left(&|rest| rest.after.clone()).map(f64::abs), Some(0.0));
+        let drawn = pictures(&folder, &results, "r1", &truth, Some("direction"));
+        assert_eq!(drawn.len(), 2);
+        assert!(drawn[1].contains("r1 over direction") && drawn.iter().all(|svg| !svg.contains("NaN")));
+        fs::remove_dir_all(&folder).unwrap();
+    }
 }
