@@ -81,11 +81,7 @@ fn facts(page: &mut Page, envelope: &Envelope, run: &Run) {
         vec!["program".to_owned(), format!("{} ({})", run.program.join(" "), run.version)],
         vec!["answers hidden by".to_owned(), run.isolation.clone()],
     ];
-    rows.extend(
-        run.hashes
-            .iter()
-            .map(|(file, hash)| vec![format!("BLAKE3 of {}", file.rsplit('/').next().unwrap_or(file)), hash.clone()]),
-    );
+    rows.extend(run.hashes.iter().map(|(file, hash)| vec![format!("BLAKE3 of {file}"), hash.clone()]));
     page.table(&["what", "value"], &rows);
     if run.isolation == "none" {
         page.warning("A rehearsal: the program could have read the answers.");

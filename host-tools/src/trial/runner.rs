@@ -44,7 +44,7 @@ pub struct Run {
     pub root: String,
     /// Program and arguments as given.
     pub program: Vec<String>,
-    /// Files of the command line with their hashes.
+    /// Files of the command line, without their folders, and their hashes.
     pub hashes: BTreeMap<String, String>,
     /// What `PROGRAM --version` says; empty where it says nothing.
     pub version: String,
@@ -141,7 +141,9 @@ pub fn run(folder: &Path, plan: &Plan, progress: &(dyn Fn(usize) + Sync)) -> Res
     let isolation = isolation(folder, plan.allows_open_answers)?;
     let mut hashes = BTreeMap::new();
     for file in program.iter().filter(|word| Path::new(word).is_file()) {
-        hashes.insert(file.clone(), commitment::hash_file(Path::new(file))?);
+        // where a file lies on this machine is nobody's business
+        let name = file.rsplit('/').next().unwrap_or(file).to_owned();
+        hashes.insert(name, commitment::hash_file(Path::new(file))?);
     }
     let version = Command::new(&program[0]).arg("--version").stdin(Stdio::null()).output();
     let version = version.map(|said| String::from_utf8_lossy(&said.stdout).trim().to_owned()).unwrap_or_default();
