@@ -30,3 +30,4 @@ pub mod replay;
 pub mod report;
 pub mod rig;
 pub mod simulate;
+pub mod trial;

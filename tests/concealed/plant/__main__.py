@@ -1,5 +1,6 @@
-"""Command line: `python -m plant make|set|check|list`."""
+"""Command line: `python -m plant make|set|trial|check|list`."""
 import argparse
+import json
 import sys
 from pathlib import Path
 from . import cases, noise
@@ -27,6 +28,13 @@ def main(argv=None):
     s.add_argument("--composition", choices=("mixed", "development"), default="mixed", help="development: every id at 3 and 1 %%, fixed list")
     s.add_argument("--short", action="store_true")
     s.add_argument("--out", type=Path, required=True)
+    t = sub.add_parser("trial", help="the set of a concealed trial: records and answers apart")
+    t.add_argument("--seed", type=int, required=True)
+    t.add_argument("--records", type=int, default=960)
+    t.add_argument("--full", action="store_true", help="12 runs of 30 s instead of 6 of 20 s")
+    t.add_argument("--jobs", type=int, default=2)
+    t.add_argument("--out", type=Path, required=True)
+    t.add_argument("--answers", type=Path, required=True)
     sub.add_parser("check", help="self-check of the generator")
     sub.add_parser("list", help="ids, titles, designs, damages")
     a = p.parse_args(argv)
@@ -39,6 +47,11 @@ def main(argv=None):
         for folder, args in todo:
             t = cases.build(out=a.out / folder, **args)
             print(folder, ",".join(f"{e['id']}:{e['strength_alone_pct']:.3f}%" for e in t["effects"]) or "nothing", t["expected_verdict"], flush=True)
+        return 0
+    if a.command == "trial":
+        from .trial import make
+        blocks = make(a.seed, a.records, a.out, a.answers, not a.full, a.jobs, lambda line: print(line, file=sys.stderr, flush=True))
+        print(json.dumps(blocks, sort_keys=True))
         return 0
     if a.command == "check":
         from .check import run

@@ -7,6 +7,7 @@ from .damage import DAMAGES
 from .effect import Effect
 from .pipeline import ParameterShift, absorbed, difference, solve, stated_force, true_force
 from .session import RATE_MOVING, World, make
+from .where import where
 
 PHYSICS = {e.id: e for m in (preload_effects, friction_effects, force_effects) for e in m.EFFECTS}
 SENSORS = {e.id: e for e in sensor_effects.EFFECTS}
@@ -15,7 +16,7 @@ AXIS_IDS = ("direction-asymmetry", "stribeck", "drive-ripple", "structural-reson
             "coupling-backlash", "cable-chain", "encoder-cyclic-error", "speed-noise", "parameter-shift", "clean", "force-saturation")
 AXIS_ONLY = ("speed-noise", "encoder-cyclic-error")  # they show where friction or inertia depends strongly on speed
 TRAVEL_BOUND = {"run-in", "preload-loss", "force-drift", "starvation", "self-heating", "viscosity-temperature"}
-KINDS = ("single", "clean", "shift", "sensor", "pair", "unknown", "undecidable", "damaged", "axis")
+KINDS = ("single", "clean", "shift", "sensor", "pair", "triple", "unknown", "undecidable", "damaged", "axis")
 
 # designs that cannot separate by construction: (true effect, changes of the design, what else the answer must hold, next run)
 UNDECIDABLE = (
@@ -132,10 +133,10 @@ def build(seed, kind, out, effect=None, strength=3.0, law="white", short=False, 
         if e.id == "viscosity-temperature":
             k = e.warm(c, w, k)
         chosen.append((e, k))
-        share, z = absorbed(c, w, diff, _sigma(c, c.rec(true_force(c, w, [])), level), 0.95 if law == "ar" else 0.0, tolerance)
+        share, z, rest = absorbed(c, w, diff, _sigma(c, c.rec(true_force(c, w, [])), level), 0.95 if law == "ar" else 0.0, tolerance)
         report.append({"id": e.id, "strength_asked_pct": pct, "strength_alone_pct": reached, "parameters": e.describe(k), "reached": bool(abs(reached / pct - 1) < 0.02),
                        "equivalents": sorted(set(plan["equivalents"]) | set(e.equivalents)), "near": list(e.near),
-                       "also_allowed": ["load-crosstalk"] if d["preload"][0] == d["preload"][1] and {"force-offset", "gravity-tilt"} & ({e.id} | set(plan["equivalents"])) else [], "absorbed_share_by_gains": share, "ideal_z": z})
+                       "also_allowed": ["load-crosstalk"] if d["preload"][0] == d["preload"][1] and {"force-offset", "gravity-tilt"} & ({e.id} | set(plan["equivalents"])) else [], "absorbed_share_by_gains": share, "ideal_z": z, "where": where(c, e, rest)})
         if kind == "undecidable" and share > 0.9:
             report[-1]["also_allowed"] += [i for i in ("parameter-shift", "force-gain") if i not in report[-1]["equivalents"] and i != e.id]
     clean_force = c.rec(true_force(c, w, []))
@@ -200,12 +201,13 @@ def _plan(rng, kind, effect, variant):
     elif kind == "shift":
         plan["classes"] = [ParameterShift]
         plan["design"] = {"shift_param": effect} if effect else {}
-    elif kind == "pair":
+    elif kind in ("pair", "triple"):
+        count = 2 if kind == "pair" else 3
         pool = [i for i in list(PHYSICS) + list(SENSORS) if i not in AXIS_ONLY + ("stribeck", "force-gain", "force-quantisation", "force-saturation")]
-        names = effect.split("+") if effect else rng.choice(pool, 2, replace=False)
+        names = effect.split("+") if effect else rng.choice(pool, count, replace=False)
         if not effect:
-            while set(names) in ({"force-offset", "gravity-tilt"}, {"moment-load", "inertia"}):
-                names = rng.choice(pool, 2, replace=False)
+            while any(twins <= set(names) for twins in ({"force-offset", "gravity-tilt"}, {"moment-load", "inertia"})):
+                names = rng.choice(pool, count, replace=False)
         # converter and encoder effects act last whatever the order of the list
         plan["classes"] = [table[str(n)] for n in names]
     elif kind == "unknown":

@@ -8,6 +8,7 @@ from . import cases, noise
 from .ballguide import BallGuide, walther
 from .pipeline import difference, solve, true_force
 from .session import RATE_MOVING, make
+from .where import AXES
 
 COLUMNS = {"time_s", "position_m", "velocity_m_s", "drag_force_n", "preload_n", "external_load_n", "temperature_block_degc", "temperature_rail_degc",
            "temperature_ambient_degc", "acceleration_m_s2", "segment", "simulated_force_n"}
@@ -88,6 +89,19 @@ def _noise():
     yield "hetero: largest over smallest run", float(level.max() / level.min()), "> 1.5", level.max() / level.min() > 1.5
 
 
+def _where(tmp):
+    missing = [k for k in [*cases.PHYSICS, *cases.SENSORS, *cases.UNKNOWN, "parameter-shift"] if k not in AXES]
+    yield "ids without axes", float(len(missing)), "= 0 " + " ".join(missing), not missing
+    worst, low = 0.0, 1.0
+    for i, (kind, effect, axis) in enumerate((("single", "viscous-drag", "velocity"), ("single", "inertia", "acceleration"), ("sensor", "force-offset", "direction"),
+                                              ("single", "presliding", "reversal-distance"), ("single", "rail-straightness", "position"))):
+        place = cases.build(760 + i, kind, tmp / f"where-{i}", effect, 3.0, "white", True)["effects"][0]["where"]["stretches"][axis]
+        worst = max(worst, abs(float(np.sum(place["energy"])) - 1), abs(float(np.sum(place["samples"])) - 1))
+        low = min(low, place["explained"])
+    yield "energy and samples along an axis add up to 1, worst", worst, "< 1e-9", worst < 1e-9
+    yield "least share that the effect's own axis explains, of five", low, "> 0.3", low > 0.3
+
+
 def _read(path):
     head, *_ = path.read_text().split("\n", 1)
     return head.split(","), np.genfromtxt(path, delimiter=",", skip_header=1, ndmin=2)
@@ -159,7 +173,7 @@ def run():
     failed = 0
     with tempfile.TemporaryDirectory() as folder:
         tmp = Path(folder)
-        for lines in (_law(), _same_bytes(tmp), _noise(), _strength(), _contract(tmp), _clean(tmp)):
+        for lines in (_law(), _same_bytes(tmp), _noise(), _strength(), _where(tmp), _contract(tmp), _clean(tmp)):
             for name, value, demand, good in lines:
                 print(f"{'ok  ' if good else 'FAIL'} {name}: {value:.3g} (demanded {demand})", flush=True)
                 failed += not good

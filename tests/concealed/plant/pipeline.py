@@ -151,8 +151,9 @@ def absorbed(c, w, d, sigma, rho, tolerance):
     """What calibration swallows of a difference d.
 
     Returns the share of its energy that free gains on preload, friction, viscosity (axis: Coulomb, viscous, mass, offset)
-    take, and the size of the rest when the gains are held by their tolerance: z = RMS of whitened rest times sqrt(samples),
-    the score an ideal analyser that knew the shape could reach. Below about 4 nothing can be seen.
+    take, the size of the rest when the gains are held by their tolerance: z = RMS of whitened rest times sqrt(samples),
+    the score an ideal analyser that knew the shape could reach, and that rest itself at the recorded samples. Below a
+    score of about 4 nothing can be seen.
     """
     m = np.abs(c.rec(c.v)) > RATE_MOVING
     names, cols = _tangents(c, w)
@@ -167,4 +168,4 @@ def absorbed(c, w, d, sigma, rho, tolerance):
     tol = [max(tolerance.get(n, tolerance.get("friction", 0.03)), 1e-6) for n in names] + [1e3] * (x.shape[1] - len(names))
     prior = np.diag(1 / np.array(tol) ** 2)
     g = np.linalg.solve(x.T @ x + prior, x.T @ y)
-    return share, float(np.sqrt(np.sum((y - x @ g) ** 2) + g @ prior @ g))
+    return share, float(np.sqrt(np.sum((y - x @ g) ** 2) + g @ prior @ g)), d - sum(a * q for a, q in zip(g, cols))
