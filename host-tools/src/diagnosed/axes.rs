@@ -96,7 +96,7 @@ pub fn views(runs: &[Run], given: &Simulation, augmented: &Simulation) -> Result
 fn binned(rows: &[(f64, f64, f64, f64)], is_odd: bool) -> Vec<Bin> {
     let (low, high) = rows.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), row| (a.min(row.0), b.max(row.0)));
     let width = (high - low) / BINS as f64;
-    if !(width > 0.0) {
+    if width.is_nan() || width <= 0.0 {
         return Vec::new();
     }
     let mut sums = vec![[0.0; 5]; BINS];
