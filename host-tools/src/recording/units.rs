@@ -31,6 +31,10 @@ const TRAVEL_RATIO: f64 = 10.0;
 /// Correlation from which travel and summed velocity are the same motion.
 const SAME_MOTION: f64 = 0.95;
 
+/// Of windows of many rows one in fifty has to be too fast, of at least so many: a wrap of the position is no speed.
+const FASTEST: f64 = 0.98;
+const FEWEST_WINDOWS: usize = 50;
+
 /// Rows that a statement about a column rests on.
 const LOOKED_AT: usize = 20_000;
 
@@ -81,6 +85,12 @@ pub(super) fn check(run: &Run) -> Result<Sign, Wrong> {
         let speed = quantile(&speeds, f64::abs, 0.5);
         if speed > SPEED_M_S {
             return wrong("position_m", format!("it changes by {speed:.1} m/s; position in mm, or time in min?"));
+        }
+        // an axis that is mostly slow shows it where it is fast; over many rows the noise of an encoder is nothing
+        let speeds = window_speeds(run, position);
+        let speed = quantile(&speeds, f64::abs, FASTEST);
+        if speeds.len() >= FEWEST_WINDOWS && speed > SPEED_M_S {
+            return wrong("position_m", format!("it changes by up to {speed:.1} m/s; position in mm, or time in min?"));
         }
     }
     for (column, values) in [
@@ -171,6 +181,19 @@ fn pairs(run: &Run) -> impl Iterator<Item = usize> {
     run.parts.iter().flat_map(move |part| (part.rows.start..part.rows.end.saturating_sub(1)).step_by(stride))
 }
 
+/// Speeds over windows of many rows.
+fn window_speeds(run: &Run, position: &[f64]) -> Vec<f64> {
+    let stride = (run.len() / WINDOWS).max(WINDOW_ROWS[1]);
+    let windows = run.parts.iter().flat_map(|part| {
+        let end = part.rows.end;
+        (part.rows.start..end).step_by(stride).map(move |from| (from, from + WINDOW_ROWS[1], end))
+    });
+    windows
+        .filter(|(_, to, end)| to < end)
+        .map(|(from, to, _)| (position[to] - position[from]) / (run.time_s[to] - run.time_s[from]))
+        .collect()
+}
+
 fn median_step(run: &Run) -> f64 {
     let steps: Vec<_> = pairs(run).map(|n| run.time_s[n + 1] - run.time_s[n]).collect();
     // a run of single rows has no step that could be wrong
@@ -221,6 +244,28 @@ mod tests {
 
     fn scaled(column: &mut Option<Vec<f64>>, factor: f64) {
         column.iter_mut().flatten().for_each(|value| *value *= factor);
+    }
+
+    /// Time in minutes beside a position alone: most of the run is slow even then.
+    #[test]
+    fn minutes_show_where_the_axis_is_fast() {
+        let mut run = run(0.5, 0.7);
+        run.velocity_m_s = None;
+        run.acceleration_m_s2 = None;
+        // nine tenths of the run at a fiftieth of the speed
+        let (mut t, mut x) = (0.0, 0.0);
+        let position: Vec<f64> = (0..20_000)
+            .map(|n| {
+                t += 5e-4;
+                x += 5e-4 * if n > 18_000 { 0.7 } else { 0.014 };
+                x
+            })
+            .collect();
+        run.position_m = Some(position);
+        assert_eq!(check(&run), Ok(Sign::Same));
+        run.time_s.iter_mut().for_each(|time| *time /= 60.0);
+        let wrong = check(&run).expect_err("42 m/s");
+        assert!(wrong.column == "position_m" && wrong.why.contains("time in min"), "{wrong:?}");
     }
 
     #[test]

@@ -226,7 +226,7 @@ mod tests {
     #[test]
     fn what_a_diagnosis_adds_is_taken_off_what_was_left() {
         const LAW: &str = "schema = \"guideblock.simulation/1\"\n[lubricant]\nviscosity_cst = 100.0\n[operation]\npreload_n = 1000.0\n";
-        let seal = "[[mechanism]]\nid = \"seal-drag\"\nform = \"constant\"\nseal_n = 2.0\n";
+        let seal = "[[mechanism]]\nid = \"seal-drag\"\nform = \"minimal\"\ndrag_n = 2.0\n";
         let folder = std::env::temp_dir().join(format!("guideblock-picture-{}", std::process::id()));
         for part in ["records/r1", "answers", "run"] {
             fs::create_dir_all(folder.join(part)).unwrap();
