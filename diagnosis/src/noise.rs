@@ -108,13 +108,16 @@ impl Whitening {
         } else {
             // newest last, as the window has it
             let reversed: Vec<f64> = phi.iter().rev().map(|phi| -phi * gain).collect();
-            for window in x.windows(order + 1) {
-                let mut sum = window[order] * gain;
-                for (phi, x) in reversed.iter().zip(window) {
-                    sum += phi * x;
+            spare.extend(x.iter().skip(order).map(|x| x * gain));
+            let filtered = spare.get_mut(order..).unwrap_or_default();
+            // tap by tap over all rows: rows do not wait for one another, and every sum keeps its order
+            pulp::Arch::new().dispatch(|| {
+                for (n, phi) in reversed.iter().enumerate() {
+                    for (sum, x) in filtered.iter_mut().zip(&x[n..]) {
+                        *sum += phi * x;
+                    }
                 }
-                spare.push(sum);
-            }
+            });
         }
         for shelf in &self.shelves {
             shelf.apply(spare);
