@@ -57,6 +57,29 @@ impl Motion {
     }
 }
 
+impl Motion {
+    /// Velocity and acceleration that a position would have, derived as those of this motion were.
+    pub(crate) fn derived(&self, run: &Run, position_m: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let parts: Vec<Range<usize>> = run.parts.iter().map(|part| part.rows.clone()).collect();
+        let derivative = |of: fn([f64; 3]) -> f64| local(&run.time_s, position_m, &parts, self.reach, of);
+        (derivative(|[_, b, _]| b), derivative(|[_, _, c]| 2.0 * c))
+    }
+
+    /// Motion of the path alone, over this many rows to either side, whatever speed and acceleration were recorded.
+    pub(crate) fn of_path(run: &Run, reach: usize) -> Self {
+        let parts: Vec<Range<usize>> = run.parts.iter().map(|part| part.rows.clone()).collect();
+        let position_m = run.position_m.clone().unwrap_or_else(|| vec![0.0; run.len()]);
+        let reach = reach.clamp(2, MAX_REACH);
+        Motion {
+            velocity_m_s: slope(&run.time_s, &position_m, &parts, reach),
+            acceleration_m_s2: bend(&run.time_s, &position_m, &parts, reach),
+            reach,
+            has_position: run.position_m.is_some(),
+            position_m,
+        }
+    }
+}
+
 /// Rows to either side so that the slope of `column` per row is known to `noise`:
 /// a slope fitted to N rows has the standard deviation `σ sqrt(12/N³)`.
 fn reach(column: &[f64], parts: &[Range<usize>], noise: f64) -> usize {

@@ -3,7 +3,7 @@
 use super::context::Context;
 use super::definition::{Columns, Definition, Form, Kind};
 use super::id::Id;
-use super::{Free, Positive, amplitude, ratio, shown, steps};
+use super::{Positive, amplitude, ratio, shown, steps};
 
 /// E5 to E7: `F ~ Q^(4/3)` to `Q^(5/3)`, hardly separable, hence one exponent.
 pub(super) const HYSTERESIS_AND_SLIP: Definition = Definition {
@@ -180,19 +180,18 @@ pub(super) const STARVATION: Definition = Definition {
         Form {
             name: "recovery",
             shape: &[ratio("length_m", "m", 0.5, 200.0, 5), ratio("recovery_s", "s", 1.0, 300.0, 4)],
-            amplitudes: &[amplitude("growth", "", Positive, 0.1), amplitude("growth_at_speed", "", Free, 0.1)],
+            amplitudes: &[amplitude("growth", "", Positive, 0.1), amplitude("thinning", "", Positive, 0.1)],
             columns: |context, shape| {
-                let mut columns = starved(context, *shape.first()?, *shape.get(1)?)?;
-                let fast = |n: usize| {
-                    let v = context.speed_m_s(n) / 0.3;
-                    columns[0][n] * v * v / (1.0 + v * v)
-                };
-                let fast = context.rows(fast);
-                columns.push(fast);
-                Some(columns)
+                let dry = dryness(context, *shape.first()?, *shape.get(1)?);
+                let by_oil = context.by_oil_n();
+                shown(vec![
+                    context.against_motion(|n| context.steady.drag_n[n] * dry[n]),
+                    context.rows(|n| -by_oil[n] * dry[n]),
+                ])
             },
             phase_bound: false,
-            equation: "as minimal with recovery at rest, and growth_at_speed times v²/(1+v²), v = |V|/(0.3 m/s)",
+            equation: "F = (growth·F_law·sign(V) - thinning·dF_law/dlnν)·g, g as minimal with recovery at rest: a starved film is \
+                       as thin as that of a thinner oil",
         },
     ],
     axis: "travel",
@@ -205,8 +204,14 @@ pub(super) const STARVATION: Definition = Definition {
 };
 
 fn starved(context: &Context<'_>, length: f64, recovery: f64) -> Option<Columns> {
+    let dry = dryness(context, length, recovery);
+    shown(vec![context.against_motion(|n| context.steady.drag_n[n] * dry[n])])
+}
+
+/// How far the film has been used up, row by row: 0 fresh, 1 dry.
+fn dryness(context: &Context<'_>, length: f64, recovery: f64) -> Vec<f64> {
     let mut dry = 0.0;
-    let state: Vec<f64> = (0..context.len())
+    (0..context.len())
         .map(|n| {
             if context.at_rest[n] {
                 dry *= libm::exp(-context.step_s(n) / recovery);
@@ -215,6 +220,5 @@ fn starved(context: &Context<'_>, length: f64, recovery: f64) -> Option<Columns>
             }
             dry
         })
-        .collect();
-    shown(vec![context.against_motion(|n| context.steady.drag_n[n] * state[n])])
+        .collect()
 }

@@ -17,6 +17,10 @@ use super::path::Path;
 /// Relative step of the central differences.
 const STEP: f64 = 1e-3;
 
+/// Time to either side of a row over which its speed along the path is taken, s: a count of an encoder is nothing over
+/// it, and a change of speed by a drive is still seen.
+const PATH_S: f64 = 0.1;
+
 /// Step in the logarithm of the viscosity for the second derivative.
 const CURVATURE_STEP: f64 = 0.02;
 
@@ -90,6 +94,10 @@ pub struct Context<'a> {
     pub has_stribeck: bool,
     /// Whether the law's oil thins with the measured temperature.
     pub viscosity_follows_temperature: bool,
+    /// What the law says at the speed of the path instead of the recorded one, N; `None` where not both were recorded.
+    pub at_path_speed_n: Option<Vec<f64>>,
+    /// Mass that the law accelerates, kg.
+    pub moved_mass_kg: f64,
     /// Friction constants of a ball guide.
     pub(crate) friction: Option<Friction>,
     /// Moves and turns.
@@ -137,6 +145,13 @@ impl<'a> Context<'a> {
             }
             Law::Column => {}
         }
+        let at_path_speed_n = match (&run.velocity_m_s, &run.position_m) {
+            (Some(_), Some(_)) => {
+                let reach = (PATH_S / run.step_s()).max(1.0) as usize;
+                Some(simulation.steady(&Factors::default(), run, &Motion::of_path(run, reach))?.force_n)
+            }
+            _ => None,
+        };
         let path = Path::of(run, motion, simulation.axis.zero_speed_m_s);
         Ok(Context {
             run,
@@ -153,6 +168,8 @@ impl<'a> Context<'a> {
             viscosity_curvature_n,
             has_stribeck,
             viscosity_follows_temperature,
+            at_path_speed_n,
+            moved_mass_kg: simulation.axis.moved_mass_kg.unwrap_or(0.0),
             friction,
             path,
             steady,
@@ -196,6 +213,23 @@ impl<'a> Context<'a> {
             return self.against_motion(|n| self.steady.drag_n[n]);
         }
         self.by_preload_n.clone()
+    }
+
+    /// Force that a change of the interference between balls and raceways makes, N, signed, per change that is 1 of the
+    /// preload at 150 N per ball.
+    ///
+    /// ```text
+    /// Q ∝ D^1.5  ->  dlnF_p = 1.5·dD/D ∝ dD·Q^(-2/3)
+    /// ```
+    ///
+    /// A micrometre of the rail is a large part of a light preload and a small one of a heavy one.
+    pub(crate) fn by_interference_n(&self) -> Vec<f64> {
+        let mut force = self.by_load_n();
+        for (n, force) in force.iter_mut().enumerate() {
+            let load = self.relative_load(n);
+            *force = if load > 0.0 { *force / libm::cbrt(load * load) } else { 0.0 };
+        }
+        force
     }
 
     /// Force that a relative change of the viscosity makes, N per 1, signed. Of laws without a viscosity it is the

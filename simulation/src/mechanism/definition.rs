@@ -58,6 +58,22 @@ pub struct Amplitude {
     pub sign: Sign,
     /// A size that would not surprise, for plots; nothing is penalised by it.
     pub typical: f64,
+    /// The largest size that means anything: a part of a whole is at most the whole.
+    pub most: f64,
+}
+
+/// How the values of a shape parameter are searched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Search {
+    /// On a grid of equal steps or ratios first, then around the best of it.
+    Grid,
+    /// The length of a wave along the rail: far more values differ than a grid could hold, and a spectrum over the
+    /// position tells all of them at once.
+    Wave,
+    /// Not at all: the lower end of the stroke that was recorded.
+    StrokeStart,
+    /// Not at all: its upper end.
+    StrokeEnd,
 }
 
 /// A number that the force depends on otherwise.
@@ -75,6 +91,8 @@ pub struct ShapeParameter {
     pub log: bool,
     /// Number of values that a first look needs.
     pub grid: usize,
+    /// How it is searched.
+    pub search: Search,
 }
 
 /// A parametric form of a mechanism: `F = Σ amplitude·column(shape)`, added to the law's force.

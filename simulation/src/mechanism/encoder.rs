@@ -3,7 +3,7 @@
 use super::context::Context;
 use super::definition::{Columns, Definition, Form, Kind};
 use super::id::Id;
-use super::{Free, Positive, amplitude, ratio, shown};
+use super::{Free, Positive, amplitude, part, ratio, shown, wave};
 
 /// S8: inside the gap nothing is transmitted.
 pub(super) const COUPLING_BACKLASH: Definition = Definition {
@@ -13,7 +13,7 @@ pub(super) const COUPLING_BACKLASH: Definition = Definition {
         Form {
             name: "minimal",
             shape: &[ratio("gap_m", "m", 1e-6, 1e-3, 16)],
-            amplitudes: &[amplitude("part", "", Positive, 1.0)],
+            amplitudes: &[part("part", 1.0)],
             columns: |context, shape| play(context, *shape.first()?, 0.0),
             phase_bound: false,
             equation: "F = -part·F_law while the travel since the reversal is below gap",
@@ -21,7 +21,7 @@ pub(super) const COUPLING_BACKLASH: Definition = Definition {
         Form {
             name: "closing",
             shape: &[ratio("gap_m", "m", 1e-6, 1e-3, 6), ratio("closing_m", "m", 1e-6, 1e-3, 4)],
-            amplitudes: &[amplitude("part", "", Positive, 1.0)],
+            amplitudes: &[part("part", 1.0)],
             columns: |context, shape| play(context, *shape.first()?, *shape.get(1)?),
             phase_bound: false,
             equation: "as minimal, falling to nothing over closing beyond the gap",
@@ -55,17 +55,33 @@ fn play(context: &Context<'_>, gap: f64, closing: f64) -> Option<Columns> {
 pub(super) const SPEED_NOISE: Definition = Definition {
     id: Id::SpeedNoise,
     kind: Kind::Sensor,
-    forms: &[Form {
-        name: "minimal",
-        shape: &[],
-        amplitudes: &[
-            amplitude("variance_m2_s2", "m2/s2", Positive, 1e-7),
-            amplitude("wrong_direction", "", Positive, 1.0),
-        ],
-        columns: |context, _| shown(vec![curvature(context), wrong_direction(context)]),
-        phase_bound: false,
-        equation: "F = -variance/2·d²F_law/dV² + wrong_direction·|F_law|·(sign of the travel - sign(V))",
-    }],
+    forms: &[
+        Form {
+            name: "minimal",
+            shape: &[],
+            amplitudes: &[
+                amplitude("variance_m2_s2", "m2/s2", Positive, 1e-7),
+                amplitude("wrong_direction", "", Positive, 1.0),
+            ],
+            columns: |context, _| shown(vec![curvature(context), wrong_direction(context)]),
+            phase_bound: false,
+            equation: "F = -variance/2·d²F_law/dV² + wrong_direction·|F_law|·(sign of the travel - sign(V))",
+        },
+        Form {
+            name: "path",
+            shape: &[],
+            amplitudes: &[part("part", 1.0)],
+            columns: |context, _| {
+                let (at_path, force) = (context.at_path_speed_n.as_ref()?, &context.steady.force_n);
+                let apart = |n: usize| {
+                    if at_path[n].is_finite() || !force[n].is_finite() { at_path[n] - force[n] } else { 0.0 }
+                };
+                shown(vec![context.rows(apart)])
+            },
+            phase_bound: false,
+            equation: "F = part·(F_law(dx/dt) - F_law(V)), where position and speed were both recorded",
+        },
+    ],
     axis: "velocity",
     statement: "the speed that the simulation was fed is noisy: at low speed the law is evaluated at the wrong place",
     falsifier: "with speed fitted to the position over a longer window the mismatch at low speed stays",
@@ -119,51 +135,79 @@ pub(super) const ENCODER_CYCLIC_ERROR: Definition = Definition {
     forms: &[
         Form {
             name: "minimal",
-            shape: &[ratio("period_m", "m", 4e-6, 4e-3, 2000)],
+            shape: &[wave("period_m", 4e-6, 12e-3)],
             amplitudes: &[amplitude("sine", "", Free, 0.02), amplitude("cosine", "", Free, 0.02)],
-            columns: |context, shape| cyclic(context, *shape.first()?, false),
+            columns: |context, shape| cyclic(context, *shape.first()?),
             phase_bound: true,
             equation: "F = (sine·sin(kx) + cosine·cos(kx))·dF_law/dlnV, k = 2π/period",
         },
         Form {
-            name: "accelerated",
-            shape: &[ratio("period_m", "m", 4e-6, 4e-3, 2000)],
-            amplitudes: &[
-                amplitude("sine", "", Free, 0.02),
-                amplitude("cosine", "", Free, 0.02),
-                amplitude("mass_sine_n", "N", Free, 0.1),
-                amplitude("mass_cosine_n", "N", Free, 0.1),
-            ],
-            columns: |context, shape| cyclic(context, *shape.first()?, true),
+            name: "path",
+            shape: &[wave("period_m", 4e-6, 12e-3)],
+            amplitudes: &[amplitude("sine_um", "um", Free, 1.0), amplitude("cosine_um", "um", Free, 1.0)],
+            columns: |context, shape| misread(context, *shape.first()?, 1),
             phase_bound: true,
-            equation: "as minimal, and (V/(0.1 m/s))² times sine and cosine: the ripple's acceleration",
+            equation: "F = F_law(x) - F_law(x + sine·sin(kx) + cosine·cos(kx)), k = 2π/period, speed and acceleration derived as \
+                       the simulation derives them",
+        },
+        Form {
+            name: "path-two-orders",
+            shape: &[wave("period_m", 4e-6, 12e-3)],
+            amplitudes: &[
+                amplitude("sine_1_um", "um", Free, 1.0),
+                amplitude("cosine_1_um", "um", Free, 1.0),
+                amplitude("sine_2_um", "um", Free, 1.0),
+                amplitude("cosine_2_um", "um", Free, 1.0),
+            ],
+            columns: |context, shape| misread(context, *shape.first()?, 2),
+            phase_bound: true,
+            equation: "as path, with the second order of the wave",
         },
     ],
     axis: "wavelength",
     statement: "the encoder errs once per signal period, so that the speed that the simulation was fed ripples",
     falsifier: "a second encoder, or another reading head, shows the same ripple of speed",
     confused_with: "balls that pass and drive ripple, by their wavelength: an encoder's period is 4 to 40 µm, that of an \
-                    interpolated or magnetic one up to some millimetres",
+                    interpolated or magnetic one up to ten millimetres",
     next_experiment: "P4",
     simplicity: 5,
 };
 
-fn cyclic(context: &Context<'_>, period: f64, accelerated: bool) -> Option<Columns> {
+fn cyclic(context: &Context<'_>, period: f64) -> Option<Columns> {
     if !context.motion.has_position {
         return None;
     }
     let force = if context.steady.viscosity_cst.is_empty() {
-        if context.viscous_n.is_empty() && !accelerated {
+        if context.viscous_n.is_empty() {
             return None;
         }
         context.against_motion(|n| context.viscous_n.get(n).copied().unwrap_or(0.0))
     } else {
         context.by_viscosity_n.clone()
     };
-    let mut columns = context.waves(&force, period, 1);
-    if accelerated {
-        let square = context.rows(|n| (context.speed_m_s(n) / 0.1) * (context.speed_m_s(n) / 0.1));
-        columns.extend(context.waves(&square, period, 1));
+    shown(context.waves(&force, period, 1))
+}
+
+/// What the law makes of a micrometre of error in the position.
+///
+/// ```text
+/// F = -(dF_law/dV·δV + M·δa)
+/// ```
+fn misread(context: &Context<'_>, period: f64, orders: u32) -> Option<Columns> {
+    if !context.motion.has_position || context.run.velocity_m_s.is_some() || period > 1.0 {
+        return None;
     }
-    shown(columns)
+    let micrometre = vec![1e-6; context.len()];
+    let by_oil = context.by_oil_n();
+    let force = |error: Vec<f64>| {
+        let (speed, acceleration) = context.motion.derived(context.run, &error);
+        context.rows(|n| {
+            let v = context.motion.velocity_m_s[n];
+            let by_speed = if v.abs() > 1e-4 { by_oil[n] / v } else { 0.0 };
+            let inertia =
+                if context.run.acceleration_m_s2.is_none() { context.moved_mass_kg * acceleration[n] } else { 0.0 };
+            -(by_speed * speed[n] + inertia)
+        })
+    };
+    shown(context.waves(&micrometre, period, orders).into_iter().map(force).collect())
 }

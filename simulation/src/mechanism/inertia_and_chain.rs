@@ -2,7 +2,8 @@
 
 use super::definition::{Definition, Form, Kind};
 use super::id::Id;
-use super::{Free, Positive, amplitude, shown};
+use super::table::{COARSE, entries, over_stroke};
+use super::{Free, Positive, STROKE, amplitude, shown};
 
 /// E21: `F = M a`.
 pub(super) const INERTIA: Definition = Definition {
@@ -38,15 +39,20 @@ pub(super) const CABLE_CHAIN: Definition = Definition {
         Form {
             name: "minimal",
             shape: &[],
-            amplitudes: &[amplitude("drag_n", "N", Positive, 5.0), amplitude("force_per_m_n_m", "N/m", Free, 10.0)],
+            amplitudes: &[
+                amplitude("drag_n", "N", Positive, 5.0),
+                amplitude("force_per_m_n_m", "N/m", Free, 10.0),
+                amplitude("force_n", "N", Free, 5.0),
+            ],
             columns: |context, _| {
                 if !context.motion.has_position {
                     return None;
                 }
-                shown(vec![context.against_motion(|_| 1.0), context.motion.position_m.clone()])
+                let ones = vec![1.0; context.len()];
+                shown(vec![context.against_motion(|_| 1.0), context.motion.position_m.clone(), ones])
             },
             phase_bound: true,
-            equation: "F = drag·sign(V) + force_per_m·x",
+            equation: "F = drag·sign(V) + force + force_per_m·x",
         },
         Form {
             name: "bending",
@@ -56,6 +62,7 @@ pub(super) const CABLE_CHAIN: Definition = Definition {
                 amplitude("force_per_m_n_m", "N/m", Free, 10.0),
                 amplitude("force_per_m2_n_m2", "N/m2", Free, 10.0),
                 amplitude("drag_per_m_n_m", "N/m", Free, 5.0),
+                amplitude("force_n", "N", Free, 5.0),
             ],
             columns: |context, _| {
                 if !context.motion.has_position {
@@ -67,10 +74,19 @@ pub(super) const CABLE_CHAIN: Definition = Definition {
                     x.clone(),
                     context.rows(|n| x[n] * x[n]),
                     context.against_motion(|n| x[n]),
+                    vec![1.0; context.len()],
                 ])
             },
             phase_bound: true,
-            equation: "F = sign(V)·(drag + drag_per_m·x) + force_per_m·x + force_per_m2·x²",
+            equation: "F = sign(V)·(drag + drag_per_m·x) + force + force_per_m·x + force_per_m2·x²",
+        },
+        Form {
+            name: "profile",
+            shape: &STROKE,
+            amplitudes: &entries::<COARSE>("N", 5.0),
+            columns: |context, shape| over_stroke(context, &vec![1.0; context.len()], COARSE, shape),
+            phase_bound: true,
+            equation: "F = w(x), piecewise linear between 16 entries from one end of the stroke to the other",
         },
     ],
     axis: "position",

@@ -3,7 +3,7 @@
 use super::context::{Context, filled};
 use super::definition::{Definition, Form, Kind};
 use super::id::Id;
-use super::{Free, Positive, amplitude, shown};
+use super::{Free, Positive, amplitude, shown, steps};
 
 /// E13: a load W moves the two halves of the preloaded contacts apart,
 /// `(1+t)^1.5 - (1-t)^1.5 = W/F_p`; beyond `W = 2√2 F_p` one half is free.
@@ -101,27 +101,17 @@ pub(super) const MOMENT_LOAD: Definition = Definition {
             name: "minimal",
             shape: &[],
             amplitudes: &[amplitude("preload_at_100_n", "", Positive, 0.05)],
-            columns: |context, _| shown(vec![moment(context, |force, _| force * force)]),
+            columns: |context, _| shown(vec![moment(context, 0.0)]),
             phase_bound: false,
-            equation: "F = preload_at_100_n·(F_law/100 N)²·dF_law/dlnF_p: the drive pulls above or below the rail",
+            equation: "F = preload_at_100_n·(F_law/100 N)²·(Q/150 N)^-2·dF_law/dlnF_p: the drive pulls above or below the rail",
         },
         Form {
             name: "table",
-            shape: &[],
-            amplitudes: &[
-                amplitude("preload_at_100_n", "", Positive, 0.05),
-                amplitude("preload_at_1_m_s2", "", Positive, 0.05),
-                amplitude("preload_at_both", "", Free, 0.05),
-            ],
-            columns: |context, _| {
-                shown(vec![
-                    moment(context, |force, _| force * force),
-                    moment(context, |_, a| a * a),
-                    moment(context, |force, a| force * a),
-                ])
-            },
+            shape: &[steps("mass_kg", "kg", -200.0, 200.0, 11)],
+            amplitudes: &[amplitude("preload_at_100_n", "", Positive, 0.05)],
+            columns: |context, shape| shown(vec![moment(context, *shape.first()?)]),
             phase_bound: false,
-            equation: "as minimal, with the moment of a table's inertia, a/(1 m/s²), beside that of the drive",
+            equation: "as minimal with (F_law + mass·a) for F_law: the inertia of a mass above the rail tilts it as well",
         },
     ],
     axis: "acceleration",
@@ -132,8 +122,16 @@ pub(super) const MOMENT_LOAD: Definition = Definition {
     simplicity: 6,
 };
 
-fn moment(context: &Context<'_>, of: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+/// ```text
+/// tilt ∝ moment·Q^(-1/3), interference D ∝ Q^(2/3)  ->  (tilt/D)² ∝ (moment/Q)²
+/// ```
+fn moment(context: &Context<'_>, mass_kg: f64) -> Vec<f64> {
     let by_load = context.by_load_n();
     let (force, a) = (&context.steady.force_n, &context.motion.acceleration_m_s2);
-    context.rows(|n| by_load[n] * of(force[n] / 100.0, if a[n].is_finite() { a[n] } else { 0.0 }))
+    let of = |n: usize| {
+        let inertia = if a[n].is_finite() { mass_kg * a[n] } else { 0.0 };
+        let share = (force[n] + inertia) / 100.0 / context.relative_load(n).max(1e-3);
+        by_load[n] * share * share
+    };
+    context.rows(of)
 }

@@ -32,12 +32,13 @@ mod resonance;
 mod seals_and_oil;
 mod sensor_dynamics;
 mod sensor_level;
+mod table;
 mod temperature;
 mod travel;
 
 pub use added::Added;
 pub use context::{Context, FAR_M, Geometry};
-pub use definition::{Amplitude, Columns, Definition, Form, Kind, ShapeParameter, Sign};
+pub use definition::{Amplitude, Columns, Definition, Form, Kind, Search, ShapeParameter, Sign};
 pub use id::Id;
 pub use library::library;
 
@@ -45,17 +46,33 @@ use Sign::{Free, Negative, Positive};
 
 /// An amplitude.
 const fn amplitude(name: &'static str, unit: &'static str, sign: Sign, typical: f64) -> Amplitude {
-    Amplitude { name, unit, sign, typical }
+    Amplitude { name, unit, sign, typical, most: f64::INFINITY }
 }
+
+/// The part of a whole: at most all of it, give or take what the law does not know of the whole.
+const fn part(name: &'static str, typical: f64) -> Amplitude {
+    Amplitude { name, unit: "", sign: Positive, typical, most: 1.3 }
+}
+
+/// Both ends of the stroke that was recorded.
+const STROKE: [ShapeParameter; 2] = [
+    ShapeParameter { name: "from_m", unit: "m", from: -1e3, to: 1e3, log: false, grid: 2, search: Search::StrokeStart },
+    ShapeParameter { name: "to_m", unit: "m", from: -1e3, to: 1e3, log: false, grid: 2, search: Search::StrokeEnd },
+];
 
 /// A shape parameter on a grid of equal ratios.
 const fn ratio(name: &'static str, unit: &'static str, from: f64, to: f64, grid: usize) -> ShapeParameter {
-    ShapeParameter { name, unit, from, to, log: true, grid }
+    ShapeParameter { name, unit, from, to, log: true, grid, search: Search::Grid }
+}
+
+/// The length of a wave along the rail, m, found by spectrum.
+const fn wave(name: &'static str, from: f64, to: f64) -> ShapeParameter {
+    ShapeParameter { name, unit: "m", from, to, log: true, grid: 60, search: Search::Wave }
 }
 
 /// A shape parameter on a grid of equal steps.
 const fn steps(name: &'static str, unit: &'static str, from: f64, to: f64, grid: usize) -> ShapeParameter {
-    ShapeParameter { name, unit, from, to, log: false, grid }
+    ShapeParameter { name, unit, from, to, log: false, grid, search: Search::Grid }
 }
 
 /// The columns, unless every one is zero in every row: then the run does not show the mechanism.

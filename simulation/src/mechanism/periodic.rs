@@ -3,7 +3,7 @@
 use super::context::Context;
 use super::definition::{Columns, Definition, Form, Kind};
 use super::id::Id;
-use super::{Free, amplitude, ratio, shown};
+use super::{Free, amplitude, shown, wave};
 
 /// E30 to E33: balls enter the loaded zone once per two pitches of carriage travel, for they move at half its speed.
 pub(super) const BALL_PASS: Definition = Definition {
@@ -13,7 +13,7 @@ pub(super) const BALL_PASS: Definition = Definition {
         Form {
             name: "minimal",
             // two pitches of the SHS35 are 14.3 mm
-            shape: &[ratio("wavelength_m", "m", 0.0137, 0.0149, 60)],
+            shape: &[wave("wavelength_m", 0.0137, 0.0149)],
             amplitudes: &[amplitude("sine", "", Free, 0.01), amplitude("cosine", "", Free, 0.01)],
             columns: |context, shape| along_the_balls(context, *shape.first()?, 1),
             phase_bound: true,
@@ -21,7 +21,7 @@ pub(super) const BALL_PASS: Definition = Definition {
         },
         Form {
             name: "two-orders",
-            shape: &[ratio("wavelength_m", "m", 0.0137, 0.0149, 60)],
+            shape: &[wave("wavelength_m", 0.0137, 0.0149)],
             amplitudes: &[
                 amplitude("sine_1", "", Free, 0.01),
                 amplitude("cosine_1", "", Free, 0.01),
@@ -31,6 +31,21 @@ pub(super) const BALL_PASS: Definition = Definition {
             columns: |context, shape| along_the_balls(context, *shape.first()?, 2),
             phase_bound: true,
             equation: "as minimal, with the second order: more than one row of balls, out of step",
+        },
+        Form {
+            name: "three-orders",
+            shape: &[wave("wavelength_m", 0.0137, 0.0149)],
+            amplitudes: &[
+                amplitude("sine_1", "", Free, 0.01),
+                amplitude("cosine_1", "", Free, 0.01),
+                amplitude("sine_2", "", Free, 0.005),
+                amplitude("cosine_2", "", Free, 0.005),
+                amplitude("sine_3", "", Free, 0.005),
+                amplitude("cosine_3", "", Free, 0.005),
+            ],
+            columns: |context, shape| along_the_balls(context, *shape.first()?, 3),
+            phase_bound: true,
+            equation: "as minimal, with the second and third order",
         },
     ],
     axis: "wavelength",
@@ -55,7 +70,7 @@ pub(super) const DRIVE_RIPPLE: Definition = Definition {
     forms: &[
         Form {
             name: "minimal",
-            shape: &[ratio("wavelength_m", "m", 1e-3, 0.06, 2000)],
+            shape: &[wave("wavelength_m", 1e-3, 0.06)],
             amplitudes: &[amplitude("sine_n", "N", Free, 1.0), amplitude("cosine_n", "N", Free, 1.0)],
             columns: |context, shape| along_the_drive(context, *shape.first()?, 1),
             phase_bound: true,
@@ -63,7 +78,7 @@ pub(super) const DRIVE_RIPPLE: Definition = Definition {
         },
         Form {
             name: "two-orders",
-            shape: &[ratio("wavelength_m", "m", 1e-3, 0.06, 2000)],
+            shape: &[wave("wavelength_m", 1e-3, 0.06)],
             amplitudes: &[
                 amplitude("sine_1_n", "N", Free, 1.0),
                 amplitude("cosine_1_n", "N", Free, 1.0),
@@ -76,7 +91,7 @@ pub(super) const DRIVE_RIPPLE: Definition = Definition {
         },
         Form {
             name: "coupling",
-            shape: &[ratio("wavelength_m", "m", 1e-3, 0.06, 2000)],
+            shape: &[wave("wavelength_m", 1e-3, 0.06)],
             amplitudes: &[
                 amplitude("sine_n", "N", Free, 1.0),
                 amplitude("cosine_n", "N", Free, 1.0),

@@ -7,7 +7,7 @@ use super::context::Context;
 use super::definition::{Columns, Definition, Form, Kind};
 use super::filter::lag;
 use super::id::Id;
-use super::{Positive, amplitude, ratio, shown};
+use super::{Positive, amplitude, part, ratio, shown};
 
 /// Lengths of the slip elements over the longest one, which gives way last.
 const ELEMENTS: [f64; 4] = [0.1, 0.3, 0.6, 1.0];
@@ -20,7 +20,7 @@ pub(super) const PRESLIDING: Definition = Definition {
         Form {
             name: "minimal",
             shape: &[ratio("length_m", "m", 1e-5, 1e-3, 7)],
-            amplitudes: &[amplitude("part", "", Positive, 1.0)],
+            amplitudes: &[part("part", 1.0)],
             columns: |context, shape| {
                 let length = *shape.first()?;
                 let pull = |z: f64, step: f64| 1.0 - (1.0 - z) * libm::exp(-step / length);
@@ -105,7 +105,7 @@ pub(super) const BREAKAWAY_DWELL: Definition = Definition {
         Form {
             name: "saturating",
             shape: &[ratio("length_m", "m", 3e-5, 3e-3, 5), ratio("dwell_s", "s", 0.5, 500.0, 5)],
-            amplitudes: &[amplitude("part", "", Positive, 0.2)],
+            amplitudes: &[part("part", 0.2)],
             columns: |context, shape| {
                 let time = *shape.get(1)?;
                 rested(context, *shape.first()?, |dwell| -libm::expm1(-dwell / time))
@@ -148,7 +148,7 @@ pub(super) const FRICTIONAL_LAG: Definition = Definition {
         Form {
             name: "minimal",
             shape: &[ratio("time_s", "s", 1e-3, 0.1, 6)],
-            amplitudes: &[amplitude("part", "", Positive, 1.0)],
+            amplitudes: &[part("part", 1.0)],
             columns: |context, shape| {
                 let late = lag(context, &context.steady.drag_n, *shape.first()?);
                 shown(vec![context.against_motion(|n| late[n] - context.steady.drag_n[n])])
@@ -159,7 +159,7 @@ pub(super) const FRICTIONAL_LAG: Definition = Definition {
         Form {
             name: "time-and-travel",
             shape: &[ratio("time_s", "s", 1e-3, 0.1, 5), ratio("length_m", "m", 1e-5, 1e-2, 4)],
-            amplitudes: &[amplitude("part", "", Positive, 0.5), amplitude("part_by_travel", "", Positive, 0.5)],
+            amplitudes: &[part("part", 0.5), amplitude("part_by_travel", "", Positive, 0.5)],
             columns: |context, shape| {
                 let late = lag(context, &context.steady.drag_n, *shape.first()?);
                 let behind = behind(context, *shape.get(1)?);

@@ -3,7 +3,7 @@
 use super::context::Context;
 use super::definition::{Columns, Definition, Form, Kind};
 use super::id::Id;
-use super::{Free, Positive, amplitude, ratio, shown};
+use super::{Positive, amplitude, ratio, shown};
 
 /// E1: `F = F_s·sign(V)`; the richer form lets the lips lift a little with speed.
 pub(super) const SEAL_DRAG: Definition = Definition {
@@ -21,7 +21,7 @@ pub(super) const SEAL_DRAG: Definition = Definition {
         Form {
             name: "lip",
             shape: &[],
-            amplitudes: &[amplitude("drag_n", "N", Positive, 5.0), amplitude("drag_per_decade_n", "N", Free, 0.5)],
+            amplitudes: &[amplitude("drag_n", "N", Positive, 5.0), amplitude("drag_per_decade_n", "N", Positive, 0.5)],
             columns: lip,
             phase_bound: false,
             equation: "F = sign(V)·(drag + drag_per_decade·log10(1 + |V|/(1 mm/s)))",

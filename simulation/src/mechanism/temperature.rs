@@ -158,7 +158,7 @@ pub(super) const THERMAL_PRELOAD: Definition = Definition {
             amplitudes: &[amplitude("preload_per_k", "1/K", Free, -0.03)],
             columns: |context, _| difference(context, None).map(|column| vec![column]).and_then(shown),
             phase_bound: false,
-            equation: "F = preload_per_k·(T_block - T_rail)·dF_law/dlnF_p",
+            equation: "F = preload_per_k·(T_block - T_rail)·dF_law/de",
         },
         Form {
             name: "lagged",
@@ -190,6 +190,6 @@ fn difference(context: &Context<'_>, time_s: Option<f64>) -> Option<Vec<f64>> {
     if let Some(time_s) = time_s {
         kelvin = lag(context, &kelvin, time_s);
     }
-    let force = context.by_load_n();
+    let force = context.by_interference_n();
     Some(context.rows(|n| force[n] * kelvin[n]))
 }

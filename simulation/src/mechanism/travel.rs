@@ -24,15 +24,19 @@ pub(super) const RUN_IN: Definition = Definition {
         Form {
             name: "with-load",
             shape: &[ratio("length_m", "m", 0.5, 500.0, 7)],
-            amplitudes: &[amplitude("drag_n", "N", Positive, 5.0), amplitude("part_of_drag", "", Positive, 0.1)],
+            amplitudes: &[
+                amplitude("drag_n", "N", Positive, 5.0),
+                amplitude("part_of_drag", "", Positive, 0.1),
+                amplitude("rest_n", "N", Positive, 1.0),
+            ],
             columns: |context, shape| {
                 let decay = decay(context, *shape.first()?)?;
                 let churned = context.against_motion(|n| decay[n]);
                 let load = context.against_motion(|n| context.steady.drag_n[n] * decay[n]);
-                shown(vec![churned, load])
+                shown(vec![churned, load, context.against_motion(|_| 1.0)])
             },
             phase_bound: false,
-            equation: "F = sign(V)·(drag + part_of_drag·F_law)·exp(-travel/length)",
+            equation: "F = sign(V)·((drag + part_of_drag·F_law)·exp(-travel/length) + rest)",
         },
     ],
     axis: "travel",
@@ -62,7 +66,7 @@ pub(super) const PRELOAD_LOSS: Definition = Definition {
             amplitudes: &[amplitude("preload_per_m", "1/m", Negative, -1e-3)],
             columns: |context, _| worn(context, |s| s),
             phase_bound: false,
-            equation: "F = preload_per_m·travel·dF_law/dlnF_p",
+            equation: "F = preload_per_m·travel·dF_law/de",
         },
         Form {
             name: "settling",
@@ -73,7 +77,20 @@ pub(super) const PRELOAD_LOSS: Definition = Definition {
                 worn(context, |s| -libm::expm1(-s / length))
             },
             phase_bound: false,
-            equation: "F = preload·(1 - exp(-travel/length))·dF_law/dlnF_p",
+            equation: "F = preload·(1 - exp(-travel/length))·dF_law/de",
+        },
+        Form {
+            name: "two-stage",
+            shape: &[ratio("length_m", "m", 0.5, 500.0, 7)],
+            amplitudes: &[amplitude("preload", "", Negative, -0.1), amplitude("preload_per_m", "1/m", Negative, -1e-3)],
+            columns: |context, shape| {
+                let length = *shape.first()?;
+                let mut columns = worn(context, |s| -libm::expm1(-s / length))?;
+                columns.extend(worn(context, |s| s)?);
+                Some(columns)
+            },
+            phase_bound: false,
+            equation: "F = (preload·(1 - exp(-travel/length)) + preload_per_m·travel)·dF_law/de",
         },
     ],
     axis: "travel",
@@ -86,6 +103,6 @@ pub(super) const PRELOAD_LOSS: Definition = Definition {
 };
 
 fn worn(context: &Context<'_>, of: impl Fn(f64) -> f64) -> Option<Columns> {
-    let force = context.by_load_n();
+    let force = context.by_interference_n();
     shown(vec![context.rows(|n| force[n] * of(context.travel_m[n]))])
 }

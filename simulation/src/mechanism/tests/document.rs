@@ -26,7 +26,9 @@ another zero.
 
 Symbols: V velocity, a acceleration, x position, s travel since the last reversal or start, F_law the friction that the
 law says (without sign unless V's sign stands beside it), F_p preload, Q load per ball, ν viscosity. Preload and oil act
-through the law's own derivatives `dF_law/dlnF_p` and `dF_law/dlnν`. A law that knows neither takes its friction for both:
+through the law's own derivatives `dF_law/dlnF_p` and `dF_law/dlnν`; what changes the interference e between balls and
+raceways (wear, warmth, an uneven rail) through `dF_law/de = dF_law/dlnF_p·(Q/150 N)^(-2/3)`, because a micrometre is a
+large part of a light preload and a small one of a heavy one: amplitudes are the relative preload at 150 N per ball. A law that knows neither takes its friction for both:
 proportional to the load, and falling with the oil (there its viscous part alone, where it has one).
 
 This page is generated from the library; a test compares the two. Rewrite it with
@@ -60,19 +62,27 @@ fn page() -> String {
         let _ = writeln!(text, "\n| form | equation | shape | amplitudes | |\n|---|---|---|---|---|");
         for form in definition.forms {
             let unit = |unit: &str| if unit.is_empty() { String::new() } else { format!(" {unit}") };
-            let of =
-                |p: &ShapeParameter| format!("`{}` {} to {}{}", p.name, number(p.from), number(p.to), unit(p.unit));
+            let of = |p: &ShapeParameter| match p.search {
+                Search::Grid | Search::Wave => {
+                    format!("`{}` {} to {}{}", p.name, number(p.from), number(p.to), unit(p.unit))
+                }
+                Search::StrokeStart | Search::StrokeEnd => format!("`{}`: an end of the stroke", p.name),
+            };
             let shape: Vec<String> = form.shape.iter().map(of).collect();
             let of = |a: &Amplitude| {
                 let sign = match a.sign {
-                    Sign::Positive => " ≥ 0",
-                    Sign::Negative => " ≤ 0",
-                    Sign::Free => "",
+                    Sign::Positive if a.most.is_finite() => format!(" 0 to {}", a.most),
+                    Sign::Positive => " ≥ 0".to_owned(),
+                    Sign::Negative => " ≤ 0".to_owned(),
+                    Sign::Free => String::new(),
                 };
                 let unit = if a.unit.is_empty() { String::new() } else { format!(" ({})", a.unit) };
                 format!("`{}`{unit}{sign}", a.name)
             };
-            let amplitudes: Vec<String> = form.amplitudes.iter().map(of).collect();
+            let amplitudes: Vec<String> = match form.amplitudes {
+                [first, .., last] if form.amplitudes.len() > 8 => vec![format!("{} .. {}", of(first), of(last))],
+                all => all.iter().map(of).collect(),
+            };
             let _ = writeln!(
                 text,
                 "| {} | {} | {} | {} | {} |",

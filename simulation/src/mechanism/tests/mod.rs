@@ -152,10 +152,13 @@ fn every_definition_says_what_it_claims_and_what_would_prove_it_wrong() {
 #[test]
 fn columns_are_as_many_as_amplitudes_and_finite_wherever_the_law_is() {
     let run = rich(12_000);
-    let motion = Motion::of(&run);
+    let without_speed = Run { velocity_m_s: None, ..run.clone() };
+    let motions = [&run, &without_speed].map(Motion::of);
     let mut seen = Vec::new();
-    for simulation in simulations() {
-        let context = Context::of(&simulation, &run, &motion).expect("complete");
+    for (simulation, (run, motion)) in
+        simulations().iter().flat_map(|s| [(s, (&run, &motions[0])), (s, (&without_speed, &motions[1]))])
+    {
+        let context = Context::of(simulation, run, motion).expect("complete");
         assert!(context.steady.force_n.iter().all(|force| force.is_finite()));
         for definition in library() {
             for form in definition.forms {
