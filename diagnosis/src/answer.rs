@@ -1,11 +1,13 @@
 //! The diagnosis and the augmented simulation, written down from what was found.
 
 use simulation::Simulation;
+use simulation::mechanism::Id;
 
-use crate::bench::{Member, added};
+use crate::bench::{Member, Source, added};
 use crate::equivalents;
+use crate::events::Spots;
 use crate::export;
-use crate::finding::{comes_and_goes, finding};
+use crate::finding::{comes_and_goes, contamination, finding};
 use crate::nominal::Nominal;
 use crate::open_set;
 use crate::passes::Found;
@@ -39,7 +41,11 @@ impl Balance {
         let unsteady = open_set::unsteady(&found.bench.rest(&found.fit), &rows.groups);
         let noise = found.noise_n * found.noise_n;
         let coherent = unsteady.share * noise;
-        let is_unsteady = unsteady.p < UNSTEADY && coherent > UNSTEADY_SHARE * (before - noise + coherent);
+        // what rounding leaves is noise that follows the force
+        let rounds = |member: &Member| matches!(&member.candidate.source, Source::Mechanism { definition, .. } if definition.id == Id::ForceQuantisation);
+        let is_unsteady = !found.members.iter().any(rounds)
+            && unsteady.p < UNSTEADY
+            && coherent > UNSTEADY_SHARE * (before - noise + coherent);
         let noise = if is_unsteady { noise - coherent } else { noise };
         let mismatch = (before - noise).max(1e-3 * before);
         let coming = if is_unsteady { (coherent / mismatch).min(1.0) } else { 0.0 };
@@ -59,7 +65,7 @@ pub(crate) fn write(
     nominal: &Nominal,
     side: &Side<'_>,
     training: &[bool],
-    found: &Found<'_>,
+    (found, spots): (&Found<'_>, Option<&Spots>),
     proof: Proof,
     quality: &mut DataQuality,
 ) -> Result<(Diagnosis, Simulation), String> {
@@ -89,7 +95,9 @@ pub(crate) fn write(
             (finding, region)
         })
         .collect();
-    if let Some(share) = balance.unsteady {
+    if let Some(spots) = spots {
+        findings.push((contamination(spots), None));
+    } else if let Some(share) = balance.unsteady {
         findings.push((comes_and_goes(share), None));
     }
     findings.sort_by(|a, b| b.0.share_of_mismatch.total_cmp(&a.0.share_of_mismatch));
@@ -120,6 +128,7 @@ pub(crate) fn write(
         },
         next_experiment: next_experiment(&mechanisms),
         mechanisms,
+        considered: found.considered.clone(),
         data_quality: std::mem::take(quality),
     };
     Ok((diagnosis, augmented))

@@ -6,10 +6,17 @@
 
 use simulation::mechanism::{Added, Context, Definition, Sign};
 
-use crate::linear::{Cholesky, Symmetric, dot, dot32};
+use crate::linear::{Cholesky, Symmetric, dot, products};
 use crate::locks::{Locks, locks};
 use crate::rows::{Gram, Rows};
 use crate::story::Curve;
+
+/// Share of the evidence that every number of a form must earn beside what chance would give it: a form is an
+/// idealisation, and a longer one that follows the truth a little closer is no better a name.
+const EARNED: f64 = 2e-3;
+
+/// Candidates that are multiplied in one go.
+const TOGETHER: usize = 128;
 
 /// Where a set of columns comes from.
 #[derive(Clone, Debug)]
@@ -45,18 +52,19 @@ impl Source {
         }
     }
 
-    fn signs(&self, amplitudes: usize) -> Vec<i8> {
+    /// Least and largest value of every amplitude.
+    fn bounds(&self, amplitudes: usize) -> Vec<(f64, f64)> {
         match self {
             Source::Mechanism { definition, form, .. } => definition.forms[*form]
                 .amplitudes
                 .iter()
                 .map(|amplitude| match amplitude.sign {
-                    Sign::Positive => 1,
-                    Sign::Negative => -1,
-                    Sign::Free => 0,
+                    Sign::Positive => (0.0, amplitude.most),
+                    Sign::Negative => (-amplitude.most, 0.0),
+                    Sign::Free => (-amplitude.most, amplitude.most),
                 })
                 .collect(),
-            _ => vec![0; amplitudes],
+            _ => vec![(f64::NEG_INFINITY, f64::INFINITY); amplitudes],
         }
     }
 }
@@ -66,9 +74,21 @@ impl Source {
 pub(crate) struct Candidate {
     pub(crate) source: Source,
     pub(crate) columns: Vec<Vec<f32>>,
-    signs: Vec<i8>,
+    bounds: Vec<(f64, f64)>,
     own: Symmetric,
     cross: Vec<Option<Vec<f64>>>,
+}
+
+impl Candidate {
+    /// Numbers that it has.
+    pub(crate) fn freedom(&self) -> usize {
+        self.columns.len() + self.source.shapes()
+    }
+
+    /// Forgets what was known about it and a base.
+    pub(crate) fn forget(&mut self) {
+        self.cross.clear();
+    }
 }
 
 /// How much a candidate explains beyond a model.
@@ -124,6 +144,10 @@ pub(crate) struct Bench<'a> {
     /// Whitened square of the largest force that a cause may have: one that is larger than all that was measured only
     /// cancels against others.
     pub(crate) largest: f64,
+    /// Whether the zero of the positions is that of this recording alone: a table over them would say nothing of the next.
+    pub(crate) is_relative: bool,
+    /// Time between two rows, s.
+    pub(crate) step_s: f64,
 }
 
 impl<'a> Bench<'a> {
@@ -145,33 +169,32 @@ impl<'a> Bench<'a> {
             prior,
             tangent: Vec::new(),
             largest: f64::INFINITY,
+            is_relative: false,
+            step_s: contexts.iter().map(|c| c.run.step_s()).find(|step| *step > 0.0).unwrap_or(1.0),
         };
-        let white = bench.rows.white(mismatch);
+        let white = std::iter::once(mismatch).chain(tangent.iter().map(Vec::as_slice));
+        let white = white.map(|column| bench.rows.white(column)).collect();
         bench.push(white);
-        for column in &tangent {
-            let white = bench.rows.white(column);
-            bench.push(white);
-        }
         bench.tangent = tangent;
         bench
     }
 
-    /// Adds a whitened column to the base.
-    fn push(&mut self, column: Vec<f32>) -> usize {
-        let index = self.base.len();
-        let mut grown = Symmetric::zeros(index + 1);
-        for i in 0..index {
+    /// Adds whitened columns to the base; answers their places.
+    fn push(&mut self, columns: Vec<Vec<f32>>) -> Vec<usize> {
+        let first = self.base.len();
+        self.base.extend(columns);
+        let all: Vec<&[f32]> = self.base.iter().map(Vec::as_slice).collect();
+        let mut grown = Symmetric::zeros(all.len());
+        for i in 0..first {
             for j in 0..=i {
                 grown.set(i, j, self.products.get(i, j));
             }
         }
-        for (i, other) in self.base.iter().enumerate() {
-            grown.set(i, index, dot32(other, &column));
+        for (n, product) in products(&all[first..], &all).into_iter().enumerate() {
+            grown.set(first + n / all.len(), n % all.len(), product);
         }
-        grown.set(index, index, dot32(&column, &column));
         self.products = grown;
-        self.base.push(column);
-        index
+        (first..self.base.len()).collect()
     }
 
     /// The law's own columns.
@@ -204,6 +227,37 @@ impl<'a> Bench<'a> {
             rss: self.products.get(0, 0) + constant - dot(&forward, &forward),
             factor,
             forward,
+        }
+    }
+
+    /// The law and the members together, every amplitude with a sign that its cause can have: what pulls the wrong way
+    /// beside the others is left out, the worst first.
+    pub(crate) fn fit_members(&self, members: &[Member]) -> Fit {
+        let mut active = self.active(members);
+        loop {
+            let fit = self.fit(&active);
+            let against = |column: usize, (least, most): (f64, f64)| {
+                let x = fit.value_of(column);
+                let wrong = if most <= 0.0 {
+                    x
+                } else if least >= 0.0 {
+                    -x
+                } else {
+                    0.0
+                };
+                (wrong * self.products.get(column, column).sqrt(), column)
+            };
+            let worst = members
+                .iter()
+                .flat_map(|member| member.base.iter().zip(&member.candidate.bounds))
+                .filter(|(column, _)| active.contains(column))
+                .map(|(column, bounds)| against(*column, *bounds))
+                .filter(|(wrong, _)| *wrong > 0.0)
+                .max_by(|a, b| a.0.total_cmp(&b.0));
+            match worst {
+                Some((_, column)) => active.retain(|other| *other != column),
+                None => return fit,
+            }
         }
     }
 
@@ -240,27 +294,47 @@ impl<'a> Bench<'a> {
             _ => self.raw(&source)?.iter().map(|column| self.rows.white(column)).collect(),
         };
         let mut own = Symmetric::zeros(columns.len());
-        for i in 0..columns.len() {
-            for j in 0..=i {
-                own.set(i, j, dot32(&columns[i], &columns[j]));
-            }
+        let all: Vec<&[f32]> = columns.iter().map(Vec::as_slice).collect();
+        for (n, product) in products(&all, &all).into_iter().enumerate() {
+            own.set(n / columns.len(), n % columns.len(), product);
         }
         if (0..columns.len()).all(|i| !(own.get(i, i) > 1e-12))
             || (0..columns.len()).any(|i| !own.get(i, i).is_finite())
         {
             return None;
         }
-        let signs = source.signs(columns.len());
-        Some(Candidate { source, columns, signs, own, cross: Vec::new() })
+        let bounds = source.bounds(columns.len());
+        Some(Candidate { source, columns, bounds, own, cross: Vec::new() })
     }
 
     /// Makes the cross products with these columns of the base.
     pub(crate) fn prepare(&self, candidate: &mut Candidate, active: &[usize]) {
-        candidate.cross.resize(self.base.len(), None);
-        for column in active.iter().copied().chain([0]) {
-            if candidate.cross[column].is_none() {
-                let products = candidate.columns.iter().map(|z| dot32(&self.base[column], z)).collect();
-                candidate.cross[column] = Some(products);
+        self.prepare_all(std::slice::from_mut(candidate), active);
+    }
+
+    /// The same for many: those that lack the same columns share the way through memory.
+    pub(crate) fn prepare_all(&self, candidates: &mut [Candidate], active: &[usize]) {
+        let lacking = |candidate: &Candidate| -> Vec<usize> {
+            let known = |column: usize| candidate.cross.get(column).is_some_and(Option::is_some);
+            std::iter::once(0).chain(active.iter().copied()).filter(|column| !known(*column)).collect()
+        };
+        for together in candidates.chunk_by_mut(|a, b| lacking(a) == lacking(b)) {
+            let missing = together.first().map(&lacking).unwrap_or_default();
+            let others: Vec<&[f32]> = missing.iter().map(|column| self.base[*column].as_slice()).collect();
+            if missing.is_empty() {
+                continue;
+            }
+            for few in together.chunks_mut(TOGETHER) {
+                let columns: Vec<&[f32]> = few.iter().flat_map(|c| &c.columns).map(Vec::as_slice).collect();
+                let all = products(&columns, &others);
+                let mut of_each = all.chunks(missing.len());
+                for candidate in few {
+                    candidate.cross.resize(self.base.len(), None);
+                    let own: Vec<&[f64]> = of_each.by_ref().take(candidate.columns.len()).collect();
+                    for (at, column) in missing.iter().enumerate() {
+                        candidate.cross[*column] = Some(own.iter().map(|products| products[at]).collect());
+                    }
+                }
             }
         }
     }
@@ -289,7 +363,7 @@ impl<'a> Bench<'a> {
                 left.set(i, j, rest);
             }
         }
-        let (nats, amplitudes) = signed(&left, &right, &candidate.signs);
+        let (nats, amplitudes) = bounded(&left, &right, &candidate.bounds);
         let own: f64 = (0..count)
             .map(|i| amplitudes[i] * (0..count).map(|j| candidate.own.get(i, j) * amplitudes[j]).sum::<f64>())
             .sum();
@@ -298,7 +372,8 @@ impl<'a> Bench<'a> {
         }
         let used = amplitudes.iter().filter(|x| **x != 0.0).count().max(1);
         let freedom = used + candidate.source.shapes();
-        Gain { nats, score: nats - 0.5 * freedom as f64 * self.ln_rows(), amplitudes }
+        let price = 0.5 * self.ln_rows() + EARNED * nats;
+        Gain { nats, score: nats - freedom as f64 * price, amplitudes }
     }
 
     pub(crate) fn ln_rows(&self) -> f64 {
@@ -307,7 +382,7 @@ impl<'a> Bench<'a> {
 
     /// Takes a candidate up.
     pub(crate) fn take(&mut self, candidate: Candidate) -> Member {
-        let base = candidate.columns.iter().map(|column| self.push(column.clone())).collect();
+        let base = self.push(candidate.columns.clone());
         Member { candidate, base }
     }
 
@@ -362,25 +437,37 @@ pub(crate) fn raw_columns(source: &Source, contexts: &[Context<'_>]) -> Option<V
     shown.then_some(columns)
 }
 
-/// Least squares under signs: what pulls the wrong way is left out, the worst first.
-fn signed(left: &Symmetric, right: &[f64], signs: &[i8]) -> (f64, Vec<f64>) {
-    let mut which: Vec<usize> = (0..right.len()).filter(|k| left.get(*k, *k) > 0.0).collect();
+/// Least squares within bounds: what pulls the wrong way is left out and what goes too far is held at its end, the worst
+/// first.
+fn bounded(left: &Symmetric, right: &[f64], bounds: &[(f64, f64)]) -> (f64, Vec<f64>) {
+    let count = right.len();
+    let mut free: Vec<usize> = (0..count).filter(|k| left.get(*k, *k) > 0.0).collect();
+    let mut amplitudes = vec![0.0; count];
     loop {
-        let b: Vec<f64> = which.iter().map(|k| right[*k]).collect();
-        let factor = Cholesky::of(&left.part(&which));
-        let x = factor.solve(&b);
-        let against = |at: usize| x[at] * f64::from(signs.get(which[at]).copied().unwrap_or(0));
-        let worst = (0..which.len()).filter(|at| against(*at) < 0.0).min_by(|a, b| against(*a).total_cmp(&against(*b)));
+        let held =
+            |k: usize| (0..count).filter(|j| !free.contains(j)).map(|j| left.get(k, j) * amplitudes[j]).sum::<f64>();
+        let b: Vec<f64> = free.iter().map(|k| right[*k] - held(*k)).collect();
+        let x = Cholesky::of(&left.part(&free)).solve(&b);
+        // how far beyond its end, in units of what the evidence resolves
+        let beyond = |at: usize| {
+            let (least, most) = bounds.get(free[at]).copied().unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+            let end = x[at].clamp(least, most);
+            ((x[at] - end).abs() * left.get(free[at], free[at]).sqrt(), end)
+        };
+        let worst =
+            (0..free.len()).filter(|at| beyond(*at).0 > 0.0).max_by(|a, b| beyond(*a).0.total_cmp(&beyond(*b).0));
         match worst {
             Some(at) => {
-                which.remove(at);
+                amplitudes[free[at]] = beyond(at).1;
+                free.remove(at);
             }
             None => {
-                let mut amplitudes = vec![0.0; right.len()];
-                for (k, x) in which.iter().zip(&x) {
+                for (k, x) in free.iter().zip(&x) {
                     amplitudes[*k] = *x;
                 }
-                return (0.5 * dot(&b, &x).max(0.0), amplitudes);
+                let half = |i: usize| (0..count).map(|j| left.get(i, j) * amplitudes[j]).sum::<f64>();
+                let nats: f64 = (0..count).map(|i| amplitudes[i] * (right[i] - 0.5 * half(i))).sum();
+                return (nats.max(0.0), amplitudes);
             }
         }
     }

@@ -20,21 +20,23 @@ const ENOUGH: f64 = 2e-3;
 
 /// The law alone, moved as far as its tolerance allows; everything else is linear around that point. Learns the noise
 /// on the way. Columns of mechanisms depend on the law, so that what follows from the runs is made anew where the
-/// simulation left numbers out.
+/// simulation left numbers out. The last entry is what no curve follows.
 pub(crate) fn calibrate<'a>(
     simulation: &Simulation,
     nominal: &Nominal,
     mut side: Side<'a>,
     rows: &mut Rows,
     training: &[bool],
-) -> Result<(Vec<f64>, Side<'a>), String> {
+) -> Result<(Vec<f64>, Side<'a>, Vec<f64>), String> {
     let mut values = nominal.start();
+    let mut left = Vec::new();
     for step in 0..MOST_STEPS {
         let mismatch = side.residual(nominal, &values)?;
         let tangent = side.tangent(nominal, &values)?;
         if step < LEARNT {
             let curves = Curve::all(&side.contexts, training);
-            rows.learn(&saturated(rows, &side.contexts, &mismatch, &tangent, &curves, &[]));
+            left = saturated(rows, &side.contexts, &mismatch, &tangent, &curves, &[]);
+            rows.learn(&left);
         }
         let bench = Bench::new(rows.clone(), &[], training.to_vec(), &mismatch, tangent, prior(nominal, &values));
         let fit = bench.fit(&bench.law());
@@ -51,7 +53,7 @@ pub(crate) fn calibrate<'a>(
     if nominal.is_incomplete() {
         side = side.again(simulation, nominal, &values)?;
     }
-    Ok((values, side))
+    Ok((values, side, left))
 }
 
 /// Values of a law that holds its tolerance for a guess: where the search starts if calibration ran into a limit.

@@ -6,11 +6,13 @@ use simulation::run::Run;
 
 use crate::answer;
 use crate::calibration::{calibrate, unbound};
+use crate::events::spots;
 use crate::nominal::Nominal;
 use crate::passes;
 use crate::proof::Split;
 use crate::report::{DataQuality, Diagnosis, Holdout, SCHEMA, Unexplained, Verdict};
 use crate::resolution::coarsest;
+use crate::ringing;
 use crate::rows::Rows;
 use crate::sanity;
 use crate::scores;
@@ -58,6 +60,7 @@ fn insufficient(quality: DataQuality) -> Diagnosis {
         holdout: Holdout::default(),
         regions: Vec::new(),
         mechanisms: Vec::new(),
+        considered: Vec::new(),
         unexplained: Unexplained::default(),
         next_experiment: None,
         data_quality: quality,
@@ -99,14 +102,27 @@ fn attempt(
     if rows.len() < sanity::FEWEST_ROWS {
         return Err(format!("only {} rows are left beside those set aside", rows.len()));
     }
-    let (law_only, side) = calibrate(simulation, &nominal, side, &mut rows, &training)?;
+    let (mut law_only, mut side, mut left) = calibrate(simulation, &nominal, side, &mut rows, &training)?;
+    let mut training = training;
+    let spots = spots(&side, &training, &side.residual(&nominal, &law_only)?, &left);
+    if let Some(spots) = &spots {
+        // the search has nothing to say of them, and they would draw it to whatever brakes
+        for (training, spot) in training.iter_mut().zip(&spots.rows) {
+            *training &= !spot;
+        }
+        rows = Rows::new(runs, &training, coarsest);
+        (law_only, side, left) = calibrate(simulation, &nominal, side, &mut rows, &training)?;
+    }
+    ringing::unmask(&nominal, &side, &law_only, &training, &left, &mut rows)?;
     let start = unbound(&nominal, &side, &rows, &training, &law_only)?;
-    let mut found = passes::run(simulation, &nominal, &side, rows.clone(), &training, &start)?;
+    let mut kept = None;
+    let mut found = passes::run(simulation, &nominal, &side, rows.clone(), &training, &start, &mut kept)?;
     // a law that is off is accepted as such only if nothing else is needed; else it has imitated what is missing
     if start != law_only && !found.is_shift_only() {
-        found = passes::run(simulation, &nominal, &side, rows, &training, &law_only)?;
+        found = passes::run(simulation, &nominal, &side, rows, &training, &law_only, &mut kept)?;
     }
     let proof = scores::score(simulation, &nominal, &side, holdout, &split, coarsest, &law_only, &found, options)?;
-    let (diagnosis, augmented) = answer::write(simulation, &nominal, &side, &training, &found, proof, quality)?;
+    let (diagnosis, augmented) =
+        answer::write(simulation, &nominal, &side, &training, (&found, spots.as_ref()), proof, quality)?;
     Ok(Outcome { diagnosis, augmented: Some(augmented) })
 }

@@ -3,7 +3,7 @@
 use simulation::mechanism::library;
 
 use crate::bench::{Bench, Candidate, Member};
-use crate::search::{Pool, Tolerances, ranked, refine, simplicity};
+use crate::search::{Pool, Tolerances, refine, simplicity};
 
 /// Rivals this many nats behind are still in the race.
 const TIE: f64 = 3.0;
@@ -29,7 +29,7 @@ pub(crate) fn of(
 ) -> Set {
     let others: Vec<Member> =
         members.iter().enumerate().filter(|(k, _)| *k != at).map(|(_, member)| member.clone()).collect();
-    let fit = bench.fit(&bench.active(&others));
+    let fit = bench.fit_members(&others);
     let mut own = members[at].candidate.clone();
     bench.prepare(&mut own, &fit.active);
     let own_gain = bench.gain(&own, &fit);
@@ -38,7 +38,8 @@ pub(crate) fn of(
     let mut against = 0.0;
     if !own.source.is_story() {
         let far = (6.0 * tie).max(0.2 * own_gain.nats);
-        let rivals: Vec<usize> = ranked(bench, &mut pool.causes, &fit, tolerances)
+        let rivals: Vec<usize> = pool
+            .ranked_causes(bench, &fit, tolerances)
             .into_iter()
             .filter(|(index, gain)| {
                 let source = &pool.causes[*index].source;

@@ -1,8 +1,9 @@
 //! What is said of a cause: its name, its numbers with their intervals, a sentence.
 
-use simulation::mechanism::Kind;
+use simulation::mechanism::{Id, Kind, library};
 
 use crate::bench::{Bench, Fit, Member, Source};
+use crate::events::{Number, Spots};
 use crate::nominal::Nominal;
 use crate::open_set;
 use crate::passes::Found;
@@ -22,6 +23,31 @@ pub(crate) fn comes_and_goes(share: f64) -> Finding {
             "Something comes and goes that follows neither place, speed, load, temperature nor time: the noise is not \
                     the same throughout a part."
                 .to_owned(),
+    }
+}
+
+/// Spots that no form of the library has a place for.
+pub(crate) fn contamination(spots: &Spots) -> Finding {
+    let number = |name: &str, number: Number, unit: &str| Estimate {
+        name: name.to_owned(),
+        value: number.value,
+        ci95: [-1.96, 1.96].map(|sigmas| number.value * (sigmas * number.relative).exp()),
+        unit: unit.to_owned(),
+    };
+    let definition = library().iter().find(|definition| definition.id == Id::Contamination);
+    Finding {
+        id: Id::Contamination.name().to_owned(),
+        kind: "physics",
+        confidence: 0.95,
+        equivalents: Vec::new(),
+        carried_over: None,
+        parameters: vec![
+            number("spots_per_m", spots.per_m, "1/m"),
+            number("length_m", spots.length_m, "m"),
+            number("drag_n", spots.force_n, "N"),
+        ],
+        share_of_mismatch: spots.share,
+        statement: definition.map_or_else(String::new, |definition| definition.statement.to_owned()),
     }
 }
 
@@ -57,6 +83,10 @@ pub(crate) fn finding(
         Source::Mechanism { definition, form, shape } => {
             let form = &definition.forms[*form];
             for ((amplitude, value), column) in form.amplitudes.iter().zip(amplitudes).zip(&member.base) {
+                // held at the end of what it can be: there is nothing to say of it
+                if *value == 0.0 && !fit.active.contains(column) {
+                    continue;
+                }
                 parameters.push(estimate(amplitude.name.to_owned(), *value, deviation(*column), amplitude.unit));
             }
             for (k, (parameter, value)) in form.shape.iter().zip(shape).enumerate() {

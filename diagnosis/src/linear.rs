@@ -131,29 +131,73 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Inner product of long columns, with the widest registers that the processor has: sixteen partial sums in a fixed
-/// order, so that every processor comes to the same bits.
-pub(crate) fn dot32(a: &[f32], b: &[f32]) -> f64 {
-    pulp::Arch::new().dispatch(|| partial_sums(a, b))
+/// Rows over which single precision sums; short enough for rounding not to matter, and for a few columns to stay in
+/// the fastest memory.
+const PIECE: usize = 512;
+
+/// Columns that stay there while others go by.
+const FEW: usize = 12;
+
+/// Inner products of every column with every other, column by column, with the widest registers that the processor has:
+/// sixteen partial sums in a fixed order, so that every processor comes to the same bits, in whatever company a column
+/// is multiplied.
+pub(crate) fn products(columns: &[&[f32]], others: &[&[f32]]) -> Vec<f64> {
+    let mut sums = vec![0.0; columns.len() * others.len()];
+    pulp::Arch::new().dispatch(Products { columns, others, sums: &mut sums });
+    sums
+}
+
+struct Products<'a> {
+    columns: &'a [&'a [f32]],
+    others: &'a [&'a [f32]],
+    sums: &'a mut [f64],
+}
+
+impl pulp::NullaryFnOnce for Products<'_> {
+    type Output = ();
+
+    // a function of its own would be compiled for the oldest processor
+    #[inline(always)]
+    fn call(self) {
+        let Products { columns, others, sums } = self;
+        let rows = columns.iter().chain(others).map(|column| column.len()).min().unwrap_or(0);
+        for start in (0..rows).step_by(PIECE) {
+            let piece = start..rows.min(start + PIECE);
+            // a few of the others stay at hand while every column goes by
+            for (first, few) in (0..).step_by(FEW).zip(others.chunks(FEW)) {
+                for (a, sums) in columns.iter().zip(sums.chunks_mut(others.len())) {
+                    let a = &a[piece.clone()];
+                    let (fours, rest) = few.as_chunks::<4>();
+                    let (sums_of_fours, sums_of_rest) = sums[first..first + few.len()].split_at_mut(4 * fours.len());
+                    for (four, sums) in fours.iter().zip(sums_of_fours.as_chunks_mut::<4>().0) {
+                        partial_sums(a, four.map(|b| &b[piece.clone()]), sums);
+                    }
+                    for (b, sum) in rest.iter().zip(sums_of_rest) {
+                        partial_sums(a, [&b[piece.clone()]], std::array::from_mut(sum));
+                    }
+                }
+            }
+        }
+    }
 }
 
 #[inline(always)]
-fn partial_sums(a: &[f32], b: &[f32]) -> f64 {
-    let mut total = 0.0;
-    // single precision only over stretches too short for it to matter
-    for (a, b) in a.chunks(512).zip(b.chunks(512)) {
-        let mut sums = [0.0f32; 16];
-        let (whole_a, rest_a) = a.as_chunks::<16>();
-        let (whole_b, rest_b) = b.as_chunks::<16>();
-        for (a, b) in whole_a.iter().zip(whole_b) {
+fn partial_sums<const N: usize>(a: &[f32], b: [&[f32]; N], totals: &mut [f64; N]) {
+    let mut sums = [[0.0f32; 16]; N];
+    let (whole_a, rest_a) = a.as_chunks::<16>();
+    let whole_b = b.map(|b| b.as_chunks::<16>().0);
+    for (n, a) in whole_a.iter().enumerate() {
+        for (sums, b) in sums.iter_mut().zip(&whole_b) {
             for k in 0..16 {
-                sums[k] += a[k] * b[k];
+                sums[k] += a[k] * b[n][k];
             }
         }
-        total += sums.iter().map(|s| f64::from(*s)).sum::<f64>();
-        total += rest_a.iter().zip(rest_b).map(|(a, b)| f64::from(a * b)).sum::<f64>();
     }
-    total
+    for ((total, sums), b) in totals.iter_mut().zip(&sums).zip(&b) {
+        *total += sums.iter().map(|s| f64::from(*s)).sum::<f64>();
+        let rest_b = b.as_chunks::<16>().1;
+        *total += rest_a.iter().zip(rest_b).map(|(a, b)| f64::from(a * b)).sum::<f64>();
+    }
 }
 
 #[cfg(test)]
@@ -180,6 +224,7 @@ mod tests {
         let a: Vec<f32> = (0..5000).map(|n| (n as f32 * 0.37).sin()).collect();
         let b: Vec<f32> = (0..5000).map(|n| (n as f32 * 0.11).cos() + 0.3).collect();
         let exact: f64 = a.iter().zip(&b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum();
-        assert!((dot32(&a, &b) - exact).abs() < 1e-4, "{} {exact}", dot32(&a, &b));
+        let got = products(&[&a], &[&b])[0];
+        assert!((got - exact).abs() < 1e-4, "{got} {exact}");
     }
 }

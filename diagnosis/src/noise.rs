@@ -12,10 +12,13 @@
 //! wrong about the size of the noise is the matter of [`crate::locks`].
 
 /// Longest autoregression.
-const MAX_ORDER: usize = 16;
+pub(crate) const MAX_ORDER: usize = 16;
+
+/// Most shelves: the slowest of them sees a million rows.
+const MOST_SHELVES: usize = 20;
 
 /// A filter that makes the noise white with variance 1.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Whitening {
     /// Predictors of order 0, 1, ..; the last is that of the stationary filter.
     predictors: Vec<Vec<f64>>,
@@ -25,7 +28,7 @@ pub(crate) struct Whitening {
 }
 
 /// `H(s) = (s + ω_z)/(s + ω_p)`, bilinear.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Shelf {
     b: [f64; 2],
     a: f64,
@@ -45,16 +48,43 @@ impl Shelf {
         }
     }
 
-    /// As if the first row had lasted for ever before it.
-    fn apply(&self, x: &mut [f64]) {
-        let Some(first) = x.first() else { return };
-        let (mut before, mut out) = (*first, *first * self.at_rest);
-        for x in x {
+    /// Backwards in time: what the transposed filter does, away from the ends of a stretch.
+    fn apply_backwards(&self, x: &mut [f64]) {
+        let (mut before, mut out) = (0.0, 0.0);
+        for x in x.iter_mut().rev() {
             let next = self.b[0] * *x + self.b[1] * before - self.a * out;
             before = *x;
             out = next;
             *x = next;
         }
+    }
+
+    /// Squared gain at an angle per row.
+    fn power(&self, cos: f64) -> f64 {
+        let [b0, b1] = self.b;
+        (b0 * b0 + b1 * b1 + 2.0 * b0 * b1 * cos) / (1.0 + self.a * self.a + 2.0 * self.a * cos)
+    }
+}
+
+/// Shelves one behind the other, as if the first row had lasted for ever before it. Row by row through all of them: a row
+/// waits for the one before in every shelf, but the shelves do not wait for one another.
+fn cascade(shelves: &[Shelf], x: &mut [f64]) {
+    let Some(first) = x.first() else { return };
+    let mut states = [(Shelf { b: [0.0; 2], a: 0.0, at_rest: 0.0 }, 0.0, 0.0); MOST_SHELVES];
+    let mut input = *first;
+    for ((own, before, out), shelf) in states.iter_mut().zip(shelves) {
+        (*own, *before, *out) = (*shelf, input, input * shelf.at_rest);
+        input = shelf.b[0] * input + shelf.b[1] * *before - shelf.a * *out;
+    }
+    let states = &mut states[..shelves.len().min(MOST_SHELVES)];
+    for x in x {
+        let mut signal = *x;
+        for (shelf, before, out) in states.iter_mut() {
+            let next = shelf.b[0] * signal + shelf.b[1] * *before - shelf.a * *out;
+            (*before, *out) = (signal, next);
+            signal = next;
+        }
+        *x = signal;
     }
 }
 
@@ -64,11 +94,11 @@ impl Whitening {
         Whitening { predictors: vec![Vec::new()], gains: vec![1.0], shelves: Vec::new() }
     }
 
-    /// Of residuals of variance about 1, stretch by stretch.
-    pub(crate) fn of(stretches: &[Vec<f64>]) -> Self {
-        let mut whitening = autoregression(stretches);
+    /// Of residuals of variance about 1, stretch by stretch; an autoregression of order `most` at most.
+    pub(crate) fn of(stretches: &[Vec<f64>], most: usize) -> Self {
+        let mut whitening = autoregression(stretches, most.min(MAX_ORDER));
         let longest = stretches.iter().map(Vec::len).max().unwrap_or(0);
-        let levels = (1..).take_while(|level| longest >> level >= 2).count();
+        let levels = (1..=MOST_SHELVES).take_while(|level| longest >> level >= 2).count();
         let mut heights = vec![1.0; levels];
         for _ in 0..3 {
             let white: Vec<Vec<f64>> = stretches.iter().map(|x| whitening.applied(x)).collect();
@@ -105,24 +135,44 @@ impl Whitening {
         let (phi, gain) = (&self.predictors[order], self.gains[order]);
         if order == 0 {
             spare.extend(x.iter().map(|x| x * gain));
-        } else {
+        } else if x.len() > order {
             // newest last, as the window has it
             let reversed: Vec<f64> = phi.iter().rev().map(|phi| -phi * gain).collect();
             spare.extend(x.iter().skip(order).map(|x| x * gain));
             let filtered = spare.get_mut(order..).unwrap_or_default();
             // tap by tap over all rows: rows do not wait for one another, and every sum keeps its order
-            pulp::Arch::new().dispatch(|| {
-                for (n, phi) in reversed.iter().enumerate() {
-                    for (sum, x) in filtered.iter_mut().zip(&x[n..]) {
-                        *sum += phi * x;
-                    }
-                }
-            });
+            pulp::Arch::new().dispatch(Taps { taps: &reversed, x, filtered });
         }
-        for shelf in &self.shelves {
-            shelf.apply(spare);
-        }
+        cascade(&self.shelves, spare);
         std::mem::swap(x, spare);
+    }
+
+    /// The transposed filter on the rows of one stretch.
+    pub(crate) fn apply_backwards(&self, x: &mut [f64]) {
+        for shelf in &self.shelves {
+            shelf.apply_backwards(x);
+        }
+        let order = self.order();
+        let (phi, gain) = (&self.predictors[order], self.gains[order]);
+        for n in 0..x.len() {
+            let ahead: f64 = phi.iter().zip(&x[n + 1..]).map(|(phi, x)| phi * x).sum();
+            x[n] = gain * (x[n] - ahead);
+        }
+    }
+
+    /// Squared gain at a frequency, of the sampling rate.
+    pub(crate) fn power(&self, frequency: f64) -> f64 {
+        let order = self.order();
+        let angle = std::f64::consts::TAU * frequency;
+        let (mut re, mut im) = (1.0, 0.0);
+        for (k, phi) in self.predictors[order].iter().enumerate() {
+            let (sin, cos) = libm::sincos(angle * (k + 1) as f64);
+            re -= phi * cos;
+            im += phi * sin;
+        }
+        let cos = angle.cos();
+        let gain = self.gains[order];
+        gain * gain * (re * re + im * im) * self.shelves.iter().map(|shelf| shelf.power(cos)).product::<f64>()
     }
 
     fn applied(&self, x: &[f64]) -> Vec<f64> {
@@ -132,10 +182,30 @@ impl Whitening {
     }
 }
 
+/// Sums of taps times rows.
+struct Taps<'a> {
+    taps: &'a [f64],
+    x: &'a [f64],
+    filtered: &'a mut [f64],
+}
+
+impl pulp::NullaryFnOnce for Taps<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        for (n, tap) in self.taps.iter().enumerate() {
+            for (sum, x) in self.filtered.iter_mut().zip(&self.x[n..]) {
+                *sum += tap * x;
+            }
+        }
+    }
+}
+
 /// Durbin and Levinson's recursion on the pooled autocovariance.
-fn autoregression(stretches: &[Vec<f64>]) -> Whitening {
+fn autoregression(stretches: &[Vec<f64>], most: usize) -> Whitening {
     let rows: usize = stretches.iter().map(Vec::len).sum();
-    let covariance: Vec<f64> = (0..=MAX_ORDER)
+    let covariance: Vec<f64> = (0..=most)
         .map(|lag| {
             let sum: f64 = stretches
                 .iter()
@@ -152,7 +222,7 @@ fn autoregression(stretches: &[Vec<f64>]) -> Whitening {
     }
     whitening.gains[0] = 1.0 / variance.sqrt();
     let mut best = (rows as f64 * variance.ln(), 0);
-    for order in 1..=MAX_ORDER {
+    for order in 1..=most {
         let before = &whitening.predictors[order - 1];
         let predicted: f64 = before.iter().enumerate().map(|(k, phi)| phi * covariance[order - 1 - k]).sum();
         let reflection = (covariance[order] - predicted) / variance;
@@ -251,7 +321,7 @@ mod tests {
                 (0..8192).map(|k| parts.iter().map(|p| p[k]).sum::<f64>() / 3f64.sqrt()).collect()
             })
             .collect();
-        let whitening = Whitening::of(&stretches);
+        let whitening = Whitening::of(&stretches, MAX_ORDER);
         let white: Vec<Vec<f64>> = stretches.iter().map(|x| whitening.applied(x)).collect();
         for (level, variance) in haar(&white, 9).into_iter().enumerate() {
             assert!((0.45..1.35).contains(&variance), "level {level}: {variance}");
@@ -259,8 +329,33 @@ mod tests {
     }
 
     #[test]
+    fn a_stretch_shorter_than_the_filter_is_filtered() {
+        let whitening = Whitening::of(&[red(20_000, 0.9, 3)], MAX_ORDER);
+        let long = whitening.applied(&white(100, 7));
+        for rows in 0..20 {
+            let mut short = white(100, 7);
+            short.truncate(rows);
+            let short = whitening.applied(&short);
+            assert_eq!(short.len(), rows);
+            assert!(short.iter().zip(&long).all(|(a, b)| (a - b).abs() < 1e-12), "{rows} rows");
+        }
+    }
+
+    #[test]
+    fn backwards_is_the_transposed_filter_away_from_the_ends() {
+        let whitening = Whitening::of(&[red(20_000, 0.95, 3)], MAX_ORDER);
+        let (mut a, mut b) = (vec![0.0; 4000], vec![0.0; 4000]);
+        a[1500..2500].copy_from_slice(&white(1000, 11));
+        b[1400..2400].copy_from_slice(&white(1000, 12));
+        let forwards: f64 = whitening.applied(&a).iter().zip(&b).map(|(a, b)| a * b).sum();
+        whitening.apply_backwards(&mut b);
+        let backwards: f64 = a.iter().zip(&b).map(|(a, b)| a * b).sum();
+        assert!((forwards - backwards).abs() < 1e-6 * forwards.abs().max(1.0), "{forwards} {backwards}");
+    }
+
+    #[test]
     fn white_noise_is_left_alone() {
-        let whitening = Whitening::of(&[white(20_000, 5)]);
+        let whitening = Whitening::of(&[white(20_000, 5)], MAX_ORDER);
         assert!(whitening.order() <= 1);
         let out = whitening.applied(&white(1000, 6));
         let sigma = (out.iter().map(|x| x * x).sum::<f64>() / 1000.0).sqrt();

@@ -4,7 +4,7 @@
 //! names that still earn their place next to it, so that the error falls although the name is missing.
 
 use crate::bench::{Bench, Candidate, Gain, Member, Source};
-use crate::search::{Pool, Tolerances, is_open, ranked};
+use crate::search::{Pool, Tolerances, is_open, is_relevant, ranked};
 
 /// A curve must lead by this many nats ..
 const LEAD: f64 = 10.0;
@@ -16,9 +16,15 @@ const SHARE: f64 = 0.15;
 const SHARE_OF_MANY: f64 = 0.06;
 
 /// Takes up curves as long as one explains clearly more than the names do.
-pub(crate) fn extend(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>, members: &mut Vec<Member>) {
+pub(crate) fn extend(
+    bench: &mut Bench<'_>,
+    pool: &mut Pool,
+    tolerances: &Tolerances<'_>,
+    members: &mut Vec<Member>,
+    floor_n: f64,
+) {
     for _ in 0..2 {
-        let Some(better) = best(bench, pool, tolerances, members) else { return };
+        let Some(better) = best(bench, pool, tolerances, members, floor_n) else { return };
         *members = better;
     }
 }
@@ -28,9 +34,10 @@ fn best(
     pool: &mut Pool,
     tolerances: &Tolerances<'_>,
     members: &[Member],
+    floor_n: f64,
 ) -> Option<Vec<Member>> {
     let law = bench.fit(&bench.law());
-    let now = bench.fit(&bench.active(members));
+    let now = bench.fit_members(members);
     let evidence = 0.5 * (law.rss - now.rss);
     let named = evidence - cost(bench, members);
     let mut found: Option<(f64, Vec<Member>)> = None;
@@ -52,7 +59,7 @@ fn best(
         if !with.last().is_some_and(|last| last.candidate.source.is_story()) {
             continue;
         }
-        let all = 0.5 * (law.rss - bench.fit(&bench.active(&with)).rss);
+        let all = 0.5 * (law.rss - bench.fit_members(&with).rss);
         let score = all - cost(bench, &with);
         let replaced = (members.len() + 1).saturating_sub(with.len());
         let share = if replaced >= 2 { SHARE_OF_MANY } else { SHARE };
@@ -63,11 +70,13 @@ fn best(
     let (_, with) = found?;
     // the same two locks as for a name
     let (curve, others) = with.split_last()?;
-    let fit = bench.fit(&bench.active(others));
+    let fit = bench.fit_members(others);
     let mut candidate: Candidate = curve.candidate.clone();
     bench.prepare(&mut candidate, &fit.active);
     let gain: Gain = bench.gain(&candidate, &fit);
-    is_open(&bench.locks(&candidate, &gain, others), pool.kinds + pool.stories.len(), 1).then_some(with)
+    let opens = is_relevant(bench, &candidate, &gain, floor_n)
+        && is_open(&bench.locks(&candidate, &gain, others), pool.kinds + pool.stories.len(), 1);
+    opens.then_some(with)
 }
 
 /// What the freedom of the members costs, nats.
@@ -82,7 +91,7 @@ fn drop_superfluous(bench: &Bench<'_>, members: &mut Vec<Member>) {
     while at + 1 < members.len() {
         let others: Vec<Member> =
             members.iter().enumerate().filter(|(k, _)| *k != at).map(|(_, member)| member.clone()).collect();
-        let fit = bench.fit(&bench.active(&others));
+        let fit = bench.fit_members(&others);
         let mut own = members[at].candidate.clone();
         bench.prepare(&mut own, &fit.active);
         if bench.gain(&own, &fit).score < 0.0 {

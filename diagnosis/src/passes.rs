@@ -1,12 +1,16 @@
 //! The search, and again around where it has led, with the noise as it looks behind what was found.
 
 use simulation::Simulation;
+use simulation::file::PositionReference;
 
 use crate::bench::{Bench, Fit, Member, Source};
 use crate::calibration::{moved, prior, shifted};
+use crate::considered;
 use crate::equivalents::{self, Set};
+use crate::finding::id_of;
 use crate::nominal::Nominal;
 use crate::open_set;
+use crate::report::Considered;
 use crate::rest::{noise_rms, rms, saturated, whiteness};
 use crate::rows::Rows;
 use crate::search::{Pool, Tolerances, search};
@@ -25,12 +29,17 @@ const COLOURED: f64 = 0.1;
 /// Most searches.
 const MOST_PASSES: usize = 3;
 
+/// A pool of causes and the noise that it was whitened for: the next search may find both as it needs them.
+pub(crate) type Kept = Option<(Rows, Pool)>;
+
 /// What the search has led to.
 pub(crate) struct Found<'s> {
     pub(crate) bench: Bench<'s>,
     pub(crate) members: Vec<Member>,
     /// What the recording cannot tell from each member.
     pub(crate) sets: Vec<Set>,
+    /// What else was considered.
+    pub(crate) considered: Vec<Considered>,
     pub(crate) fit: Fit,
     /// Values of the law's numbers beside the members, and with the shifts among them.
     pub(crate) calibrated: Vec<f64>,
@@ -63,6 +72,7 @@ pub(crate) fn run<'s>(
     mut rows: Rows,
     training: &[bool],
     start: &[f64],
+    kept: &mut Kept,
 ) -> Result<Found<'s>, String> {
     let drag_rms = rms(&rows.plain(&side.drag_n));
     let curves = Curve::all(&side.contexts, training);
@@ -79,14 +89,18 @@ pub(crate) fn run<'s>(
             tangent.clone(),
             prior(nominal, &values),
         );
+        bench.is_relative = simulation.axis.position_reference == PositionReference::Relative;
         bench.largest = rows.white(&side.drag_n).iter().map(|x| f64::from(*x) * f64::from(*x)).sum();
-        let mut pool = Pool::new(&bench, &tolerances);
+        let mut pool = match kept.take().filter(|(of, _)| of.whiten_alike(&rows)) {
+            Some((_, pool)) => pool.again(&bench, &tolerances),
+            None => Pool::new(&bench, &tolerances),
+        };
         let noise = noise_rms(&rows, &saturated(&rows, &side.contexts, &mismatch, &tangent, &curves, &[]));
         let floor_n = (simulation.tolerance.relevance * drag_rms).max(FLOOR_OF_NOISE * noise);
         let first = search(&mut bench, &mut pool, &tolerances, floor_n);
         let mut members = first.members;
-        open_set::extend(&mut bench, &mut pool, &tolerances, &mut members);
-        let fit = bench.fit(&bench.active(&members));
+        open_set::extend(&mut bench, &mut pool, &tolerances, &mut members, floor_n);
+        let fit = bench.fit_members(&members);
         let mut extra = Vec::new();
         for member in &members {
             extra.extend(bench.raw(&member.candidate.source).unwrap_or_default());
@@ -102,6 +116,7 @@ pub(crate) fn run<'s>(
         let is_far = !nominal.is_incomplete() && way > FAR;
         let is_coloured = pass < 2 && !members.is_empty() && (whiteness(&bench, &fit) - 1.0).abs() > COLOURED;
         if pass < MOST_PASSES && (is_far || is_coloured) {
+            *kept = Some((rows.clone(), pool));
             if is_coloured {
                 rows.learn(&left);
             }
@@ -112,11 +127,15 @@ pub(crate) fn run<'s>(
         }
         let noise_n = noise_rms(&rows, &left);
         let sets = tell_apart(&mut bench, &mut pool, &tolerances, &mut members);
-        let fit = bench.fit(&bench.active(&members));
+        let equivalents: Vec<String> =
+            sets.iter().flat_map(|set| &set.candidates).map(|candidate| id_of(&candidate.source)).collect();
+        let considered = considered::of(&bench, &mut pool, &tolerances, &members, &equivalents);
+        let fit = bench.fit_members(&members);
         let calibrated = moved(nominal, &values, &fit.values[..values.len()]);
         let with_shifts = shifted(nominal, &calibrated, &members, &amplitudes(&members, &fit));
         let p_no_mismatch = first.p_no_mismatch;
-        return Ok(Found { bench, members, sets, fit, calibrated, with_shifts, p_no_mismatch, noise_n });
+        *kept = Some((rows, pool));
+        return Ok(Found { bench, members, sets, considered, fit, calibrated, with_shifts, p_no_mismatch, noise_n });
     }
     Err("the search did not end".to_owned())
 }

@@ -43,7 +43,7 @@ pub(crate) fn together(
             let Some(candidate) = bench.candidate(member.candidate.source.clone()) else { return Ok(None) };
             members.push(bench.take(candidate));
         }
-        let fit = bench.fit(&bench.active(&members));
+        let fit = bench.fit_members(&members);
         let next = moved(nominal, &values, &fit.values[..values.len()]);
         let size = next.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         let way = next.iter().zip(&values).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

@@ -25,6 +25,8 @@ pub struct Diagnosis {
     pub regions: Vec<Region>,
     /// What causes it, the largest share first.
     pub mechanisms: Vec<Finding>,
+    /// What else was considered, and why it is not named.
+    pub considered: Vec<Considered>,
     /// What is left.
     pub unexplained: Unexplained,
     /// What would settle what is open.
@@ -116,6 +118,19 @@ pub struct Finding {
     pub carried_over: Option<bool>,
     /// One sentence.
     pub statement: String,
+}
+
+/// A cause that was not named.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Considered {
+    /// Its id.
+    pub id: String,
+    /// Share of the evidence of what was named that it explains alone; above 1 where it explains more.
+    pub share_alone: f64,
+    /// Share that it explains beside what was named.
+    pub share_beside: f64,
+    /// Why it is not named.
+    pub reason: String,
 }
 
 /// A number with its uncertainty.

@@ -3,9 +3,13 @@
 use simulation::mechanism::Context;
 
 use crate::bench::{Bench, Fit, Source, raw_columns};
-use crate::linear::{Cholesky, Symmetric, dot, dot32};
+use crate::linear::{Cholesky, Symmetric, dot, products};
 use crate::rows::Rows;
 use crate::story::Curve;
+
+/// Rows from which on a saturated fit is made of averages, and the rows of each.
+const MANY: usize = 20_000;
+const AVERAGED: usize = 4;
 
 /// What nothing explains: the residual of the law's tangent, every curve and `extra` together.
 pub(crate) fn saturated(
@@ -21,19 +25,25 @@ pub(crate) fn saturated(
     for curve in curves {
         columns.extend(raw_columns(&Source::Story { curve: curve.clone() }, contexts).unwrap_or_default());
     }
-    let single = |column: &[f64]| rows.plain(column).into_iter().map(|x| x as f32).collect::<Vec<f32>>();
+    // what is the same linear relation in averages is cheaper there
+    let averaged = if rows.len() > MANY { AVERAGED } else { 1 };
+    let single = |column: &[f64]| -> Vec<f32> {
+        let plain = rows.plain(column);
+        plain.chunks(averaged).map(|chunk| (chunk.iter().sum::<f64>() / chunk.len() as f64) as f32).collect()
+    };
     let plain: Vec<Vec<f32>> = columns.iter().map(|column| single(column)).collect();
     let y = single(mismatch);
     let mut a = Symmetric::zeros(columns.len());
+    let all: Vec<&[f32]> = plain.iter().map(Vec::as_slice).collect();
+    for (n, product) in products(&all, &all).into_iter().enumerate() {
+        a.set(n / all.len(), n % all.len(), product);
+    }
     for i in 0..columns.len() {
-        for j in 0..=i {
-            a.set(i, j, dot32(&plain[i], &plain[j]));
-        }
         // curves that overlap: a trace of ridge keeps what single precision leaves of their difference out
         let ridge = 1e-6 * a.get(i, i);
         a.add(i, i, ridge);
     }
-    let b: Vec<f64> = plain.iter().map(|column| dot32(column, &y)).collect();
+    let b = products(&all, &[&y]);
     let x = Cholesky::of(&a).solve(&b);
     let mut residual = mismatch.to_vec();
     for (column, x) in columns.iter().zip(x) {

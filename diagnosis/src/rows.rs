@@ -8,8 +8,8 @@ use std::ops::Range;
 
 use simulation::run::{Break, Run};
 
-use crate::linear::{Symmetric, dot32};
-use crate::noise::{Whitening, robust_sigma};
+use crate::linear::{Symmetric, products};
+use crate::noise::{MAX_ORDER, Whitening, robust_sigma};
 
 /// Longest gap that is bridged, s.
 const BRIDGE_S: f64 = 0.25;
@@ -99,6 +99,12 @@ impl Rows {
         rows
     }
 
+    /// Whether the noise looks the same to both, so that columns whitened by one are whitened by the other. Both are of
+    /// the same runs.
+    pub(crate) fn whiten_alike(&self, other: &Self) -> bool {
+        self.whitening == other.whitening && self.weights == other.weights
+    }
+
     /// Number of compared rows.
     pub(crate) fn len(&self) -> usize {
         self.blocks.last().map_or(0, |block| block.end)
@@ -169,8 +175,62 @@ impl Rows {
         out
     }
 
+    /// A whitened column sent backwards through averages, bridges and the noise filter, one entry a row of all runs: its
+    /// product with a column as it is, is that of both whitened.
+    pub(crate) fn backwards(&self, column: &[f32]) -> Vec<f64> {
+        let mut out = vec![0.0; self.starts.last().copied().unwrap_or(0)];
+        let mut kept = column.iter().zip(&self.weights).map(|(x, weight)| f64::from(x * weight));
+        for stretch in &self.stretches {
+            let mut x: Vec<f64> =
+                stretch.keep.iter().map(|keep| if *keep { kept.next().unwrap_or(0.0) } else { 0.0 }).collect();
+            self.whitening.apply_backwards(&mut x);
+            let from = self.starts[stretch.run] + stretch.rows.start;
+            for (n, out) in out[from..from + stretch.rows.len()].iter_mut().enumerate() {
+                *out = x.get(n / self.decimation).copied().unwrap_or(0.0) / self.decimation as f64;
+            }
+            for n in &stretch.bridged {
+                out[from + n] = 0.0;
+            }
+        }
+        out
+    }
+
+    /// Squared weight of every row of all runs; 0 where it is not compared.
+    pub(crate) fn power_weights(&self) -> Vec<f64> {
+        let mut out = vec![0.0; self.starts.last().copied().unwrap_or(0)];
+        let mut weights = self.weights.iter();
+        for stretch in &self.stretches {
+            let from = self.starts[stretch.run] + stretch.rows.start;
+            for (k, _) in stretch.keep.iter().enumerate().filter(|(_, keep)| **keep) {
+                let weight = weights.next().map_or(0.0, |weight| f64::from(weight * weight));
+                let rows = k * self.decimation..((k + 1) * self.decimation).min(stretch.rows.len());
+                out[from + rows.start..from + rows.end].fill(weight / self.decimation as f64);
+            }
+            for n in &stretch.bridged {
+                out[from + n] = 0.0;
+            }
+        }
+        out
+    }
+
+    /// Squared response of averages and noise filter at a frequency, of the sampling rate.
+    pub(crate) fn response(&self, frequency: f64) -> f64 {
+        let averaged = if self.decimation > 1 {
+            let angle = std::f64::consts::PI * frequency * self.decimation as f64;
+            if angle.abs() > 1e-6 { angle.sin() / angle } else { 1.0 }
+        } else {
+            1.0
+        };
+        averaged * averaged * self.whitening.power(frequency * self.decimation as f64)
+    }
+
     /// Learns the noise from a residual (one entry a row of all runs).
     pub(crate) fn learn(&mut self, residual: &[f64]) {
+        self.learn_up_to(residual, MAX_ORDER);
+    }
+
+    /// The same with an autoregression of order `most` at most.
+    pub(crate) fn learn_up_to(&mut self, residual: &[f64], most: usize) {
         let plain = self.plain(residual);
         let scales: Vec<f64> = self.groups.iter().map(|rows| scale(&plain[rows.clone()])).collect();
         let clipped: Vec<Vec<f64>> = self
@@ -181,7 +241,7 @@ impl Rows {
                 self.averaged(stretch, residual).iter().map(|x| (x / scale).clamp(-TAIL * 1.5, TAIL * 1.5)).collect()
             })
             .collect();
-        self.whitening = Whitening::of(&clipped);
+        self.whitening = Whitening::of(&clipped, most);
         self.weights = vec![1.0; self.len()];
         let white: Vec<f64> = self.white(residual).into_iter().map(f64::from).collect();
         for rows in &self.groups {
@@ -275,10 +335,9 @@ impl Gram {
             .iter()
             .map(|rows| {
                 let mut block = Symmetric::zeros(size);
-                for i in 0..size {
-                    for j in 0..=i {
-                        block.set(i, j, dot32(&columns[i][rows.clone()], &columns[j][rows.clone()]));
-                    }
+                let pieces: Vec<&[f32]> = columns.iter().map(|column| &column[rows.clone()]).collect();
+                for (n, product) in products(&pieces, &pieces).into_iter().enumerate() {
+                    block.set(n / size, n % size, product);
                 }
                 total.accumulate(&block, 1.0);
                 block

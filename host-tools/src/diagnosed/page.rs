@@ -17,6 +17,9 @@ pub fn page(name: &str, diagnosis: &Diagnosis, views: &[AxisView]) -> String {
     if !diagnosis.mechanisms.is_empty() {
         causes(&mut page, diagnosis);
     }
+    if !diagnosis.considered.is_empty() {
+        considered(&mut page, diagnosis);
+    }
     if let Some(next) = &diagnosis.next_experiment {
         page.heading("What to run next").prose(&format!("{}: {}", next.code, next.text));
     }
@@ -65,6 +68,17 @@ fn score(page: &mut Page, diagnosis: &Diagnosis) {
         100.0 * high,
         diagnosis.p_no_mismatch
     ));
+}
+
+fn considered(page: &mut Page, diagnosis: &Diagnosis) {
+    page.heading("What else was considered");
+    let percent = |share: f64| format!("{:.1}", 100.0 * share);
+    let rows: Vec<Vec<String>> = diagnosis
+        .considered
+        .iter()
+        .map(|c| vec![c.id.clone(), percent(c.share_alone), percent(c.share_beside), c.reason.clone()])
+        .collect();
+    page.table(&["cause", "alone (% of the evidence)", "beside what was named (%)", "why it is not named"], &rows);
 }
 
 fn causes(page: &mut Page, diagnosis: &Diagnosis) {
