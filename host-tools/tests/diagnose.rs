@@ -137,6 +137,39 @@ fn a_real_axis_is_asymmetric() {
     assert!(error("rmse_after_n") < 1.58, "{found:#}");
 }
 
+/// A simulation file that is none is unusable data, as it is to every other command that reads one.
+#[test]
+fn a_bad_simulation_file_has_the_status_of_bad_data() {
+    let folder = folder("bad");
+    let (sound, run) = (folder.join("sim.toml"), folder.join("run.csv").display().to_string());
+    fs::write(&sound, SIMULATION).unwrap();
+    let rows = (0..300).map(|n| format!("{},{},20\n", f64::from(n) * 0.01, f64::from(n) * 0.0005));
+    fs::write(&run, rows.fold("time_s,position_m,drag_force_n\n".to_owned(), |all, row| all + &row)).unwrap();
+    let columns = format!("{SIMULATION}[columns]\ndrag_force_n = \"tau:x\"\n");
+    for (name, bytes, message) in [
+        ("key.toml", SIMULATION.replace("preload_n", "preload").into_bytes(), "key.toml: line 7, column 1: "),
+        ("columns.toml", columns.into_bytes(), "columns.toml: [columns]: "),
+        ("binary.toml", b"PAR1\xff\xfe".to_vec(), "binary.toml: this is no text; a simulation file is TOML"),
+    ] {
+        let simulation = folder.join(name);
+        fs::write(&simulation, bytes).unwrap();
+        let simulation = simulation.to_str().unwrap();
+        for arguments in [
+            &["diagnose", &run, "--simulation", simulation][..],
+            &["simulate", &run, "--simulation", simulation],
+            &["estimate", &run, "--guide", simulation],
+            &["calibrate", &run, "--guide", simulation],
+        ] {
+            let output = guideblock(arguments);
+            let stderr = text(&output.stderr);
+            assert_eq!(output.status.code(), Some(3), "{arguments:?}: {stderr}");
+            assert!(stderr.contains(message), "{arguments:?}: {stderr}");
+        }
+    }
+    let (status, _, stderr) = diagnose(&[&run], &folder.join("none.toml"), &[]);
+    assert_eq!(status, Some(2), "{stderr}");
+}
+
 /// Files that nobody should hand in get a clear answer, and never a panic.
 #[test]
 fn no_input_makes_it_stumble() {

@@ -10,6 +10,7 @@ use serde_json::json;
 use simulation::guide::GuideSet;
 use simulation::published::{Provenance, Value};
 
+use super::simulation_file::text;
 use super::{Failure, open, output, say};
 
 /// Inputs beside the force or the preload.
@@ -91,8 +92,7 @@ pub(super) fn run(direction: Direction, given: Option<f64>, shared: &Shared) -> 
 
 /// Reads the guide of a simulation file.
 pub(super) fn guide(path: &Path) -> Result<GuideSet, Failure> {
-    let text = std::fs::read_to_string(path).map_err(|error| Failure::file(path, error))?;
-    GuideSet::from_toml(&text).map_err(|why| Failure::Data(format!("{}: {why}", path.display())))
+    GuideSet::from_toml(&text(path)?).map_err(|why| Failure::Data(format!("{}: {why}", path.display())))
 }
 
 impl Shared {

@@ -17,6 +17,7 @@ use simulation::guide::GuideSet;
 use strokes::{Stroke, Strokes};
 
 use super::recordings::{RecordingArguments, with_progress};
+use super::simulation_file::SimulationFile;
 use super::{Failure, output, say};
 
 /// Friction law of a guide from drag at known load; of an axis from drag over speed
@@ -103,7 +104,8 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let (simulation, mappings) = simulation(arguments)?;
+    let SimulationFile { simulation, mappings } =
+        SimulationFile::or_published(arguments.guide.as_deref())?.with_viscosity(arguments.viscosity)?;
     let settings = settings(arguments, &simulation);
     let guide = match &simulation.law {
         Law::Guide(set) => Some(set),
@@ -134,28 +136,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         _ => write_axis(arguments, &name, &all),
     }
-}
-
-/// The simulation of the command line, and its mappings.
-fn simulation(arguments: &Arguments) -> Result<(Simulation, Vec<Mapping>), Failure> {
-    let mut mappings = Vec::new();
-    let mut simulation = match &arguments.guide {
-        Some(path) => {
-            let text = fs::read_to_string(path).map_err(|error| Failure::file(path, error))?;
-            let simulation =
-                Simulation::from_toml(&text).map_err(|why| Failure::Data(format!("{}: {why}", path.display())))?;
-            for (name, mapping) in &simulation.columns {
-                mappings.push(Mapping::new(name, mapping).map_err(|why| Failure::file(path, why))?);
-            }
-            simulation
-        }
-        None => Simulation::of(Law::Guide(GuideSet::zhou_2023())),
-    };
-    if let (Some(nu), Law::Guide(set)) = (arguments.viscosity, &simulation.law) {
-        let set = set.with_number("viscosity_cst", nu).map_err(|why| Failure::Usage(format!("--viscosity: {why}")))?;
-        simulation.law = Law::Guide(set);
-    }
-    Ok((simulation, mappings))
 }
 
 fn settings(arguments: &Arguments, simulation: &Simulation) -> Settings {

@@ -8,10 +8,10 @@ use diagnosis::report::{Diagnosis, Verdict};
 use diagnosis::{Options, diagnose};
 use host_tools::diagnosed;
 use host_tools::recording::{Losses, Mapping};
-use simulation::Simulation;
 use simulation::run::Run;
 
 use super::recordings::RecordingArguments;
+use super::simulation_file::SimulationFile;
 use super::{Failure, output};
 
 /// Finds what a simulation leaves out
@@ -48,15 +48,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
-    let text = fs::read_to_string(&arguments.simulation).map_err(|e| Failure::file(&arguments.simulation, e))?;
-    let simulation = Simulation::from_toml(&text)
-        .map_err(|why| Failure::Usage(format!("{}: {why}", arguments.simulation.display())))?;
-    let mappings = simulation
-        .columns
-        .iter()
-        .map(|(name, text)| Mapping::new(name, text))
-        .collect::<Result<Vec<_>, _>>()
-        .map_err(|why| Failure::Usage(format!("{}: {why}", arguments.simulation.display())))?;
+    let SimulationFile { simulation, mappings } = SimulationFile::open(&arguments.simulation)?;
     let (runs, losses) = read(&arguments.files, &arguments.recording, &mappings)?;
     let (holdout, _) = read(&arguments.holdout, &arguments.recording, &mappings)?;
     let mut outcome = diagnose(&runs, &holdout, &simulation, &Options { seed: arguments.seed });

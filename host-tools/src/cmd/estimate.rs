@@ -6,13 +6,11 @@ use std::path::{Path, PathBuf};
 
 use calibration::staircase::Staircase;
 use host_tools::estimate::{self, Estimate, Settings, Summary};
-use host_tools::recording::{Cells, Column, Kind, Mapping, write};
+use host_tools::recording::{Cells, Column, Kind, write};
 use serde_json::json;
-use simulation::Simulation;
-use simulation::file::Law;
-use simulation::guide::GuideSet;
 
 use super::recordings::RecordingArguments;
+use super::simulation_file::SimulationFile;
 use super::{Failure, output, say};
 
 /// Preload over a whole recording, with its band
@@ -81,7 +79,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     {
         return Err(Failure::file(out, "name it .csv or .parquet, so that it is clear what to write"));
     }
-    let (simulation, mappings) = simulation(arguments)?;
+    let SimulationFile { simulation, mappings } =
+        SimulationFile::or_published(arguments.guide.as_deref())?.with_viscosity(arguments.viscosity)?;
     let (run, _) = arguments.recording.open(&arguments.input, &mappings)?;
     let settings = Settings {
         every_s: arguments.every,
@@ -130,28 +129,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     // the process ends here; giving the columns back page by page would only take time
     std::mem::forget(run);
     Ok(())
-}
-
-/// The simulation of the command line, and its mappings.
-fn simulation(arguments: &Arguments) -> Result<(Simulation, Vec<Mapping>), Failure> {
-    let mut mappings = Vec::new();
-    let mut simulation = match &arguments.guide {
-        Some(path) => {
-            let text = fs::read_to_string(path).map_err(|error| Failure::file(path, error))?;
-            let simulation =
-                Simulation::from_toml(&text).map_err(|why| Failure::Data(format!("{}: {why}", path.display())))?;
-            for (name, mapping) in &simulation.columns {
-                mappings.push(Mapping::new(name, mapping).map_err(|why| Failure::file(path, why))?);
-            }
-            simulation
-        }
-        None => Simulation::of(Law::Guide(GuideSet::zhou_2023())),
-    };
-    if let (Some(nu), Law::Guide(set)) = (arguments.viscosity, &simulation.law) {
-        let set = set.with_number("viscosity_cst", nu).map_err(|why| Failure::Usage(format!("--viscosity: {why}")))?;
-        simulation.law = Law::Guide(set);
-    }
-    Ok((simulation, mappings))
 }
 
 /// Writes the windows.

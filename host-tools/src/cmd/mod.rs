@@ -17,6 +17,7 @@ pub(crate) mod progress;
 pub(crate) mod recordings;
 pub(crate) mod replay;
 pub(crate) mod simulate;
+pub(crate) mod simulation_file;
 pub(crate) mod trial;
 
 use std::fmt::Display;

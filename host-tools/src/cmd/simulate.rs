@@ -9,17 +9,18 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use host_tools::recording::{Column, Kind, Mapping, write};
-use simulation::Simulation;
-use simulation::file::Law;
-use simulation::guide::GuideSet;
+use host_tools::recording::{Column, Kind, write};
 
 use super::convert::is_same;
 use super::progress::Bar;
 use super::recordings::RecordingArguments;
+use super::simulation_file::SimulationFile;
 use super::{Failure, output, say};
 use profile::ProfileArguments;
 use sensors::SensorArguments;
+
+/// Preload of the published set where no file states one, N.
+const PUBLISHED_PRELOAD_N: f64 = 3000.0;
 
 /// Force that a simulation says for the motion of a recording, or a whole recording of a test profile
 ///
@@ -71,9 +72,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.input.as_deref().is_some_and(|input| is_same(input, out)) {
         return Err(Failure::file(out, "is the recording itself; give the result another name"));
     }
-    let simulation = load(arguments.simulation.as_deref())?;
+    let SimulationFile { mut simulation, mappings } = SimulationFile::or_published(arguments.simulation.as_deref())?;
+    if arguments.simulation.is_none() {
+        simulation.preload_n = Some(PUBLISHED_PRELOAD_N);
+    }
     let told = match (&arguments.input, arguments.profile.profile) {
-        (Some(input), None) => recorded::run(arguments, input, &simulation, out)?,
+        (Some(input), None) => recorded::run(arguments, input, &simulation, &mappings, out)?,
         (None, Some(name)) => driven::run(arguments, name, &simulation, out)?,
         // said here: a conflict that clap knows of would silence what other options require
         _ => return Err(Failure::Usage("give a recording or --profile, one of the two".to_owned())),
@@ -105,25 +109,6 @@ struct Told {
     object: serde_json::Value,
     /// Empty unless asked for.
     page: String,
-}
-
-/// Reads a simulation file, or takes what stands in for it.
-fn load(path: Option<&Path>) -> Result<Simulation, Failure> {
-    let Some(path) = path else {
-        return Ok(Simulation { preload_n: Some(3000.0), ..Simulation::of(Law::Guide(GuideSet::zhou_2023())) });
-    };
-    let text = fs::read_to_string(path).map_err(|error| Failure::file(path, error))?;
-    Simulation::from_toml(&text).map_err(|why| Failure::Data(format!("{}: {why}", path.display())))
-}
-
-/// The mappings that a simulation file has.
-fn mappings(path: Option<&Path>, simulation: &Simulation) -> Result<Vec<Mapping>, Failure> {
-    // what stands in for a file has none
-    let path = path.unwrap_or(Path::new(""));
-    let each = |(name, mapping): &(String, String)| {
-        Mapping::new(name, mapping).map_err(|why| Failure::file(path, format!("[columns]: {why}")))
-    };
-    simulation.columns.iter().map(each).collect()
 }
 
 /// Writes columns.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
 
-use host_tools::recording::{Column, Losses, axis, table};
+use host_tools::recording::{Column, Losses, Mapping, axis, table};
 use host_tools::simulate::{self, Silence, Simulated, silences};
 use serde_json::json;
 use simulation::Simulation;
@@ -14,10 +14,16 @@ use simulation::run::Run;
 use super::super::progress::Bar;
 use super::super::recordings::with_progress;
 use super::super::{Failure, say};
-use super::{Arguments, Told, mappings, put, rms};
+use super::{Arguments, Told, put, rms};
 
-pub(super) fn run(arguments: &Arguments, input: &Path, simulation: &Simulation, out: &Path) -> Result<Told, Failure> {
-    let file = open(arguments, input, simulation)?;
+pub(super) fn run(
+    arguments: &Arguments,
+    input: &Path,
+    simulation: &Simulation,
+    mappings: &[Mapping],
+    out: &Path,
+) -> Result<Told, Failure> {
+    let file = open(arguments, input, mappings)?;
     let run = &file.run;
     let bar = Bar::busy("simulating");
     let motion = Motion::of(run);
@@ -95,9 +101,9 @@ struct Recorded {
     all_s: Option<Vec<f64>>,
 }
 
-fn open(arguments: &Arguments, input: &Path, simulation: &Simulation) -> Result<Recorded, Failure> {
+fn open(arguments: &Arguments, input: &Path, mappings: &[Mapping]) -> Result<Recorded, Failure> {
     let recording = &arguments.recording;
-    let mappings = recording.with(&mappings(arguments.simulation.as_deref(), simulation)?);
+    let mappings = recording.with(mappings);
     let selections = &recording.selections;
     // what comes through a pipe comes once
     let mut piped = Vec::new();
