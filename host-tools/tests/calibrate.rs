@@ -136,6 +136,27 @@ fn a_guide_comes_out_of_raw_strokes() {
     assert!(page.contains("<svg") && page.contains("Direction -1") && !page.contains("<script"), "no picture");
 }
 
+/// A window of the usual length has 10 rows here, too few to tell their noise.
+#[test]
+fn fifty_hertz_have_the_same_strokes() {
+    let folder = folder("slow");
+    let recording = folder.join("ladder.csv");
+    let full = ladder(&[1000.0, 4000.0, 8000.0], &SPEEDS, false);
+    let thinned: String =
+        full.lines().take(1).chain(full.lines().skip(1).step_by(2)).map(|l| l.to_owned() + "\n").collect();
+    let strokes = |text: &str| {
+        fs::write(&recording, text).unwrap();
+        json(&calibrate(&[recording.to_str().unwrap(), "--viscosity=100", "--json"]))
+    };
+    let (all, half) = (strokes(&full), strokes(&thinned));
+    assert_eq!((&all["strokes"], &half["strokes"]), (&120.into(), &120.into()));
+    let friction = |found: &Value, cell: usize| found["cells"][cell]["friction_coefficient"].as_f64().unwrap();
+    for cell in 0..half["cells"].as_array().unwrap().len() {
+        let (a, b) = (friction(&all, cell), friction(&half, cell));
+        assert!((a / b - 1.0).abs() < 0.02, "cell {cell}: {a}, at 50 Hz {b}");
+    }
+}
+
 #[test]
 fn strokes_without_seals_tell_what_the_seals_drag() {
     let folder = folder("seals");
@@ -259,11 +280,24 @@ fn what_cannot_be_calibrated_is_said() {
         full.lines().map(|l| l.split(',').take(4).collect::<Vec<_>>().join(",") + "\n").collect();
     let plain = file("no_load.csv", &without_load);
     let guide = folder.join("never.toml").display().to_string();
+    let swings = (0..500).map(|n| {
+        let (t, w) = (f64::from(n) * 0.02, 4.0);
+        format!("{t:.2},{:.7},{:.4},3000\n", 0.02 * (w * t).sin(), 20.0 * (w * t).cos().signum())
+    });
+    let unsteady =
+        file("swings.csv", &swings.fold("time_s,position_m,drag_force_n,preload_n\n".to_owned(), |a, l| a + &l));
+    let still = file("still.csv", "velocity_m_s,drag_force_n,preload_n\n0,5,3000\n0,6,3000\n");
     let few = file("few.csv", "velocity_m_s,drag_force_n,preload_n\n0.01,5,3000\n0.02,5,3000\n");
     for (arguments, expected) in [
         (vec![plain.as_str(), "--record", &guide], "a guide is calibrated from a column preload_n"),
         (vec![plain.as_str()], "3 speeds; at least 6 are needed"),
         (vec![file("full.csv", &full).as_str()], "no column temperature_block_degc"),
+        (
+            vec![unsteady.as_str(), "--viscosity=100"],
+            "swings.csv: no stroke at steady speed; hold every speed within 5 % for at least 0.80 s",
+        ),
+        (vec![unsteady.as_str(), "--every=1"], "for at least 2.00 s"),
+        (vec![still.as_str()], "no stroke at steady speed; velocity_m_s is 0 in every row"),
         (vec![few.as_str(), "--viscosity=100"], "2 strokes at known load"),
         (
             vec![file("heavy.csv", "velocity_m_s,drag_force_n,preload_n\n0.01,5,3e9\n").as_str(), "--viscosity=100"],

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-use host_tools::estimate::{Settings, Summary, estimate};
+use host_tools::estimate::{Settings, Summary, estimate, window_s};
 use model_core::sample::Reason;
 use simulation::Simulation;
 use simulation::file::{Law, Tolerance};
@@ -187,7 +187,43 @@ fn a_staircase_in_a_file_gives_its_preload() {
     assert!(stdout.starts_with("preload "), "{stdout}");
     assert_eq!(ask(&["--out", &path("windows.txt")]).0, Some(2));
     assert_eq!(ask(&["--seal-drag", "400"]).0, Some(3));
+    // two fifths of a window are none
+    let (status, _, stderr) = ask(&["--every", "100"]);
+    assert_eq!(status, Some(3));
+    assert!(stderr.contains("no stretch without a gap is long enough for a window (100.000 s)"), "{stderr}");
     fs::remove_dir_all(&folder).expect("it was made here");
+}
+
+/// The same run with every `by`-th row of it.
+fn thinned(run: &Run, by: usize) -> Run {
+    let column = |all: &Vec<f64>| all.iter().step_by(by).copied().collect::<Vec<f64>>();
+    let time_s = column(&run.time_s);
+    Run {
+        drag_force_n: column(&run.drag_force_n),
+        position_m: run.position_m.as_ref().map(column),
+        velocity_m_s: run.velocity_m_s.as_ref().map(column),
+        parts: vec![Part { rows: 0..time_s.len(), segment: None, starts: Break::Start }],
+        time_s,
+        ..run.clone()
+    }
+}
+
+/// At 50 Hz a quarter of a second is 12 rows, too few to tell their noise: windows get longer, and no more than that.
+#[test]
+fn a_window_holds_rows_enough_at_any_rate() {
+    let fast = record(20_000, |_| 0.05, &Factors::default(), 0.1, 5);
+    for (by, length_s, windows) in [(1, 0.25, 80), (10, 0.25, 80), (20, 0.4, 50), (100, 2.0, 10)] {
+        let run = thinned(&fast, by);
+        for run in [Run { velocity_m_s: None, ..run.clone() }, run] {
+            assert!((window_s(&run, &run.parts[0], 0.25) - length_s).abs() < 1e-9);
+            let estimates = estimate(&run, &simulation(EXACT), &Settings::default()).expect("a guide");
+            assert_eq!(estimates.len(), windows, "every {by} ms");
+            let summary = Summary::of(&estimates);
+            // but for the first, where the carriage may just have turned
+            assert_eq!(summary.usable, windows - 1, "every {by} ms: {:?}", summary.refused);
+            assert!((summary.preload_n - 3000.0).abs() < 40.0, "every {by} ms: {} N", summary.preload_n);
+        }
+    }
 }
 
 /// Run with `--ignored --nocapture`: an hour at 1 kHz.

@@ -39,7 +39,7 @@ pub enum Reference {
 /// How recordings are read. SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Length of the windows that strokes are looked for with, s.
+    /// Length of the windows that strokes are looked for with, s; longer where it would hold too few rows.
     pub every_s: f64,
     /// Speed below which the carriage counts as standing, m/s.
     pub zero_speed_m_s: f64,

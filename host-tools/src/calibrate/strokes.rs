@@ -12,7 +12,7 @@ use simulation::guide::{GuideSet, Lubricant};
 use simulation::run::Run;
 
 use super::{Reference, Settings};
-use crate::estimate::{self, Window, windows};
+use crate::estimate::{self, Window, window_s, windows};
 use crate::recording::table::Table;
 
 /// Reference load below which a block counts as unloaded, N.
@@ -39,6 +39,8 @@ pub struct Strokes {
     pub all: Vec<Stroke>,
     /// Windows left out.
     pub left_out: BTreeMap<&'static str, usize>,
+    /// Length of the longest windows, s; `None` for a table, which is not cut.
+    pub window_s: Option<f64>,
 }
 
 /// What a stroke needs that was not recorded.
@@ -95,6 +97,7 @@ pub fn of_run(run: &Run, guide: Option<&GuideSet>, settings: &Settings) -> Resul
     }
     close(&mut open)?;
     strokes.left_out = left_out;
+    strokes.window_s = run.parts.iter().map(|part| window_s(run, part, settings.every_s)).reduce(f64::max);
     Ok(strokes)
 }
 

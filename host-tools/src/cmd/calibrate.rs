@@ -59,7 +59,7 @@ pub(crate) struct Arguments {
     /// Fit a constant drag of the seals although no stroke shows it alone
     #[arg(long)]
     fit_seals: bool,
-    /// Length of the windows that strokes are looked for with, s
+    /// Length of the windows that strokes are looked for with, s; at low rates longer, for 20 rows in each
     #[arg(long, value_name = "S", default_value_t = 0.2, value_parser = positive)]
     every: f64,
     /// Guide file with the fitted constants; simulation file of an axis
@@ -112,14 +112,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         _ => None,
     };
     let mut all: Vec<Stroke> = Vec::new();
+    let mut window_s: Option<f64> = None;
     for input in &arguments.inputs {
         let found = read(arguments, input, &mappings, guide, &settings)?;
         for (reason, count) in &found.left_out {
             say(format_args!("{}: {count} windows in no stroke: {reason}", input.display()));
         }
         all.extend(found.all);
+        window_s = window_s.into_iter().chain(found.window_s).reduce(f64::max);
     }
     let name = arguments.inputs.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ");
+    if all.is_empty() {
+        return Err(Failure::Data(format!("{name}: no stroke at steady speed; {}", advice(window_s))));
+    }
     let cells: Vec<Cell> = all.iter().filter_map(|stroke| stroke.cell).collect();
     match guide {
         Some(set) if !cells.is_empty() => {
@@ -135,6 +140,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
             Err(Failure::Data(format!("{name}: {why}")))
         }
         _ => write_axis(arguments, &name, &all),
+    }
+}
+
+/// What to record where there is no stroke.
+fn advice(window_s: Option<f64>) -> String {
+    match window_s {
+        // windows lie where they fall: only twice their length has a whole one in it for certain
+        Some(s) => format!("hold every speed within 5 % for at least {:.2} s after the ramp and the reversal", 2.0 * s),
+        None => "velocity_m_s is 0 in every row of the table".to_owned(),
     }
 }
 

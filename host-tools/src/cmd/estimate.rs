@@ -31,7 +31,7 @@ pub(crate) struct Arguments {
     /// Kinematic viscosity of the oil, cSt; goes before that of the file
     #[arg(long, value_name = "CST")]
     viscosity: Option<f64>,
-    /// Length of a window, s
+    /// Length of a window, s; at low rates longer, for 20 rows in each
     #[arg(long, value_name = "S", default_value_t = 0.25, value_parser = positive)]
     every: f64,
     /// Constant drag of the seals, N
@@ -89,6 +89,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         seal_sigma_n: arguments.seal_sigma,
         ..Settings::default()
     };
+    let window_s = run.parts.iter().fold(arguments.every, |s, part| s.max(estimate::window_s(&run, part, s)));
+    if window_s > 1.001 * arguments.every {
+        let asked = arguments.every;
+        say(format_args!("{}: windows up to {window_s:.3} s long, not {asked} s, to hold 20 rows each", run.name));
+    }
     let unusable = |why: &dyn std::fmt::Display| Failure::Data(format!("{}: {why}", run.name));
     let estimates = estimate::estimate(&run, &simulation, &settings).map_err(|why| unusable(&why))?;
     let summary = Summary::of(&estimates);
@@ -110,7 +115,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     if arguments.json {
         let mut out = output();
-        writeln!(out, "{:#}", object(&run.name, arguments.every, &summary, staircase.as_ref()))?;
+        writeln!(out, "{:#}", object(&run.name, window_s, &summary, staircase.as_ref()))?;
         out.flush()?;
     } else if arguments.out.is_some() {
         let mut out = output();
@@ -122,6 +127,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         for line in &lines {
             say(line);
         }
+    }
+    if summary.windows == 0 {
+        let what = format!(
+            "no stretch without a gap is long enough for a window ({window_s:.3} s); record longer ones, or shorten --every"
+        );
+        return Err(unusable(&what));
     }
     if summary.usable == 0 && staircase.is_none() {
         return Err(unusable(&"no window has a preload"));

@@ -25,7 +25,7 @@ pub use band::{Estimate, Preload};
 pub use page::page;
 pub use staircase::{speeds, staircase};
 pub use summary::{Place, Summary};
-pub use windows::{Window, windows};
+pub use windows::{Window, window_s, windows};
 
 use model_core::params::Params;
 use model_core::reference::zhou_2023::{PRELOAD_RANGE_N, SPEED_RANGE_M_S};
@@ -37,7 +37,7 @@ use simulation::run::Run;
 /// How a recording is cut and what is known beside the simulation. SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Length of a window, s, above 0.
+    /// Length of a window, s, above 0; longer where it would hold too few rows, see [`window_s`].
     pub every_s: f64,
     /// Constant drag of the seals, N.
     pub seal_coulomb_n: f64,

@@ -17,6 +17,9 @@ const STEADY_SPREAD: f64 = 0.05;
 /// Fewest rows that a window's noise can be told from.
 const FEWEST_ROWS: usize = 16;
 
+/// Rows that a window is made long enough to hold: a clock that jitters must not bring it below the fewest.
+const USUAL_ROWS: f64 = 20.0;
+
 /// Shortest window at the end of a part, of a whole one.
 const SHORTEST: f64 = 0.5;
 
@@ -45,12 +48,20 @@ pub struct Window {
     pub reasons: Reasons,
 }
 
+/// Length of the windows of a part, s: as long as asked for, and long enough to hold rows that noise can be told from.
+pub fn window_s(run: &Run, part: &Part, every_s: f64) -> f64 {
+    let time = &run.time_s[part.rows.clone()];
+    let (first, last) = (time.first().copied().unwrap_or(0.0), time.last().copied().unwrap_or(0.0));
+    // one row has no step, 0/0, and `max` passes over it
+    every_s.max(USUAL_ROWS * (last - first) / time.len().saturating_sub(1) as f64)
+}
+
 /// Cuts a run. Every row is in one window, but for those that end a part too early to make one.
 pub fn windows(run: &Run, settings: &Settings, zero_speed_m_s: f64) -> Vec<Window> {
     let mut all = Vec::new();
     for part in &run.parts {
         let mut course = Course { direction: 0.0, travel_m: 0.0, is_first: true };
-        for (mut window, speeds) in measured(run, &cut(run, part, settings.every_s)) {
+        for (mut window, speeds) in measured(run, &cut(run, part, window_s(run, part, settings.every_s))) {
             window.reasons = course.judge(&window, &speeds, settings, zero_speed_m_s);
             all.push(window);
         }
@@ -75,13 +86,13 @@ fn measured(run: &Run, cut: &[Range<usize>]) -> Vec<(Window, Vec<f64>)> {
     })
 }
 
-fn cut(run: &Run, part: &Part, every_s: f64) -> Vec<Range<usize>> {
+fn cut(run: &Run, part: &Part, length_s: f64) -> Vec<Range<usize>> {
     let time = &run.time_s;
     let mut all = Vec::new();
     let (mut from, mut reach) = (part.rows.start, FEWEST_ROWS);
     while from < part.rows.end {
         // a little early rather than a row late: times are rounded
-        let end = time[from] + every_s * (1.0 - 1e-9);
+        let end = time[from] + length_s * (1.0 - 1e-9);
         // windows are about as long as the one before: halving the whole rest would read all over it
         while from + reach < part.rows.end && time[from + reach] < end {
             reach *= 2;
@@ -90,7 +101,7 @@ fn cut(run: &Run, part: &Part, every_s: f64) -> Vec<Range<usize>> {
         let to = from + near.partition_point(|t| *t < end);
         let is_whole = to < part.rows.end;
         let length = time[to - 1] - time[from];
-        if to - from >= FEWEST_ROWS && (is_whole || length >= SHORTEST * every_s) {
+        if to - from >= FEWEST_ROWS && (is_whole || length >= SHORTEST * length_s) {
             all.push(from..to);
         }
         from = to;
