@@ -1,19 +1,10 @@
 //! A guide's calibration in words, and as JSON.
 
 use calibration::convention::DECISIVE;
-use calibration::fit::NAMES;
 use model_core::contact::HerseySpeed;
 use serde_json::{Value, json};
 
 use super::Calibration;
-
-/// Units of the constants, in the order of [`NAMES`], then the seals'.
-const UNITS: [&str; 6] = ["", "1/H", "", "1/H", "N", "N s/m"];
-
-/// Name of a constant; behind the four of the law come the seals'.
-fn name(n: usize) -> &'static str {
-    NAMES.get(n).copied().unwrap_or(if n == NAMES.len() { "seal_coulomb_n" } else { "seal_viscous_n_s_m" })
-}
 
 /// Name of a convention.
 pub(super) fn convention(speed: HerseySpeed) -> &'static str {
@@ -94,19 +85,12 @@ pub fn describe(found: &Calibration) -> Vec<String> {
         directions(found),
         format!("{:20} {:>14} {:>12}   68 %                         95 %", "", "value", "sigma"),
     ];
-    for (n, unit) in UNITS.iter().enumerate().take(fit.covariance.nrows()) {
-        let (one, two) = (fit.interval(n, 0.6827), fit.interval(n, 0.95));
-        let open = if n < NAMES.len() && !fit.is_determined(n) { "  not determined" } else { "" };
+    for c in &found.constants {
+        let (one, two) = (c.ci68, c.ci95);
+        let open = if c.is_of_law() && !c.is_determined { "  not determined" } else { "" };
         lines.push(format!(
             "{:20} {:>14.6e} {:>12.2e}   {:>12.5e} {:>12.5e}   {:>12.5e} {:>12.5e} {}{open}",
-            name(n),
-            fit.constant(n),
-            fit.sigma(n),
-            one.from,
-            one.to,
-            two.from,
-            two.to,
-            unit
+            c.name, c.value, c.sigma, one.from, one.to, two.from, two.to, c.unit
         ));
     }
     for (d, own) in &found.directions {
@@ -122,13 +106,14 @@ pub fn describe(found: &Calibration) -> Vec<String> {
 /// The calibration as one JSON object.
 pub fn object(name_of_input: &str, found: &Calibration) -> Value {
     let fit = &found.fit;
-    let constants: Vec<Value> = (0..fit.covariance.nrows())
-        .map(|n| {
-            let (one, two) = (fit.interval(n, 0.6827), fit.interval(n, 0.95));
+    let constants: Vec<Value> = found
+        .constants
+        .iter()
+        .map(|c| {
             json!({
-                "name": name(n), "unit": UNITS[n], "value": fit.constant(n), "sigma": fit.sigma(n),
+                "name": c.name, "unit": c.unit, "value": c.value, "sigma": c.sigma,
                 // an end that is not determined is null
-                "ci68": [one.from, one.to], "ci95": [two.from, two.to], "determined": fit.is_determined(n),
+                "ci68": [c.ci68.from, c.ci68.to], "ci95": [c.ci95.from, c.ci95.to], "determined": c.is_determined,
             })
         })
         .collect();

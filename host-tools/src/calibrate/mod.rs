@@ -7,6 +7,7 @@
 //! ```
 
 mod axis_words;
+mod constants;
 mod guide_words;
 mod page;
 mod products;
@@ -23,6 +24,7 @@ use model_core::contact::HerseySpeed;
 use simulation::guide::GuideSet;
 
 pub use axis_words::{describe as describe_axis, object as axis_object};
+pub use constants::Constant;
 pub use guide_words::{describe as describe_guide, object as guide_object};
 pub use page::{axis as axis_page, guide as guide_page};
 pub use products::{Unfit, axis_file, guide_file, record};
@@ -62,6 +64,8 @@ pub struct Calibration {
     pub set: GuideSet,
     /// The fit that counts.
     pub fit: FrictionFit,
+    /// Its constants with their intervals.
+    pub constants: Vec<Constant>,
     /// What it was made of; the difference of the directions is taken off.
     pub cells: Vec<Cell>,
     /// Which drag of the seals was fitted along.
@@ -141,6 +145,7 @@ pub fn calibrate(cells: &[Cell], set: &GuideSet, settings: &Settings) -> Result<
         pattern: lack_of_fit::p_value(&normed, &groups, fit.covariance.nrows()),
         convention_difference: comparison.difference(),
         set,
+        constants: constants::constants(&fit),
         fit,
         cells,
         seals,

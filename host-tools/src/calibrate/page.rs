@@ -60,21 +60,18 @@ pub fn guide(name: &str, found: &Calibration) -> String {
 }
 
 fn constants(page: &mut Page, found: &Calibration) {
-    let object = guide_words::object("", found);
-    let number = |x: &serde_json::Value| x.as_f64().map_or_else(|| "open".to_owned(), |x| format!("{x:.5e}"));
-    let rows: Vec<Vec<String>> = object["constants"]
-        .as_array()
-        .into_iter()
-        .flatten()
+    let number = |x: f64| if x.is_finite() { format!("{x:.5e}") } else { "open".to_owned() };
+    let rows: Vec<Vec<String>> = found
+        .constants
+        .iter()
         .map(|c| {
-            let text = |key: &str| c[key].as_str().unwrap_or_default().to_owned();
             vec![
-                text("name"),
-                number(&c["value"]),
-                number(&c["sigma"]),
-                number(&c["ci95"][0]),
-                number(&c["ci95"][1]),
-                if c["determined"].as_bool() == Some(true) { "yes" } else { "no" }.to_owned(),
+                c.name.to_owned(),
+                number(c.value),
+                number(c.sigma),
+                number(c.ci95.from),
+                number(c.ci95.to),
+                if c.is_determined { "yes" } else { "no" }.to_owned(),
             ]
         })
         .collect();

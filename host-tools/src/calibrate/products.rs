@@ -77,8 +77,8 @@ fn friction_sigma(calibration: &Calibration) -> f64 {
 /// # Errors
 /// [`Unfit`].
 pub fn record(calibration: &Calibration, base: &ParameterRecord) -> Result<ParameterRecord, Unfit> {
-    if let Some(n) = (0..NAMES.len()).find(|n| !calibration.fit.is_determined(*n)) {
-        return Err(Unfit::Open(NAMES[n]));
+    if let Some(open) = calibration.constants.iter().find(|c| c.is_of_law() && !c.is_determined) {
+        return Err(Unfit::Open(open.name));
     }
     let numbers: Vec<(&str, f64)> = NAMES.into_iter().zip(calibration.fit.values()).collect();
     let set = calibration.set.with_numbers(&numbers).map_err(Unfit::Law)?;
