@@ -10,7 +10,7 @@ use model_core::contact::HerseySpeed;
 use model_core::exact::Exact;
 use model_core::reference::zhou_2023::{FRICTION, GUIDE, GUIDE_CARRIAGE_SPEED};
 use serde::Serialize;
-use simulation::mechanism::{Definition, Id, library};
+use simulation::mechanism::{Id, definition};
 
 use super::convention::QUOTED_MINIMA;
 
@@ -78,10 +78,6 @@ fn drag(id: Id, (q, v): Point) -> f64 {
 
 const ADDED: [Id; 4] = [Id::SealDrag, Id::ViscousDrag, Id::HysteresisAndSlip, Id::HydrodynamicRolling];
 
-fn described(id: Id) -> Option<&'static Definition> {
-    library().iter().find(|definition| definition.id == id)
-}
-
 /// What the text says, at loads per ball.
 fn statements(model: &Exact) -> Option<Vec<Statement>> {
     let at = |lateral_n: f64, m_min: f64| Some((model.load_of_lateral_force(lateral_n)?, m_min / 60.0));
@@ -126,8 +122,8 @@ pub fn left_out() -> Option<LeftOut> {
             p_value: found.p_value,
             gain: 0.0,
             largest_n: found.amplitude * beyond(corner),
-            story: id.and_then(described).map_or("Eq. 20 with any four constants", |d| d.statement),
-            next_experiment: id.and_then(described).map_or("", |d| d.next_experiment),
+            story: id.map(definition).map_or("Eq. 20 with any four constants", |d| d.statement),
+            next_experiment: id.map(definition).map_or("", |d| d.next_experiment),
         });
     }
     let alone: Vec<(&'static str, f64)> =

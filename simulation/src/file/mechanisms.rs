@@ -13,7 +13,7 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use crate::document::{Item, Mistake, items};
-use crate::mechanism::{Added, Definition, Form, Id, library};
+use crate::mechanism::{Added, Definition, Form, Id, definition};
 
 /// Section name.
 pub(super) const SECTION: &str = "mechanism";
@@ -35,7 +35,7 @@ fn entry(value: &Spanned<DeValue<'_>>) -> Result<Added, Mistake> {
     let Some(id) = of("id") else {
         return Err(Mistake::new(&value.span(), "a mechanism needs an id, such as id = \"seal-drag\""));
     };
-    let definition = definition(id)?;
+    let definition = named(id)?;
     let (index, form) = match of("form") {
         Some(item) => form(definition, item)?,
         None => definition.forms.first().map(|form| (0, form)).ok_or_else(|| id.wrong("it has no form"))?,
@@ -68,10 +68,9 @@ fn entry(value: &Spanned<DeValue<'_>>) -> Result<Added, Mistake> {
     Ok(Added { id: definition.id, form: index, shape, amplitudes })
 }
 
-fn definition(item: &Item<'_>) -> Result<&'static Definition, Mistake> {
+fn named(item: &Item<'_>) -> Result<&'static Definition, Mistake> {
     let name = item.text()?;
-    let id = Id::from_name(name).and_then(|id| library().iter().find(|definition| definition.id == id));
-    id.ok_or_else(|| {
+    Id::from_name(name).map(definition).ok_or_else(|| {
         let names: Vec<&str> = Id::ALL.iter().map(|id| id.name()).collect();
         item.wrong(format!("there is no mechanism \"{name}\"; there are: {}", names.join(", ")))
     })

@@ -1,9 +1,9 @@
 //! A mechanism with numbers: an entry of a simulation file that says more than its law.
 
 use super::context::Context;
-use super::definition::{Definition, Form};
+use super::definition::Form;
 use super::id::Id;
-use super::library::library;
+use super::library::definition;
 use crate::file::Simulation;
 use crate::law::{Factors, Missing};
 use crate::motion::Motion;
@@ -23,14 +23,9 @@ pub struct Added {
 }
 
 impl Added {
-    /// What the library says of it; `None` of an id that the library lacks (there is none).
-    pub fn definition(&self) -> Option<&'static Definition> {
-        library().iter().find(|definition| definition.id == self.id)
-    }
-
     /// Its form; `None` where there is no such form.
     pub fn form(&self) -> Option<&'static Form> {
-        self.definition()?.forms.get(self.form)
+        definition(self.id).forms.get(self.form)
     }
 
     /// The force that it adds to the law's, N per row; `None` where the run cannot show it or the numbers are not those

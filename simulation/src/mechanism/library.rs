@@ -1,6 +1,7 @@
 //! All mechanisms, in the order of [`Id::ALL`](super::Id::ALL).
 
 use super::definition::Definition;
+use super::id::Id;
 use super::{
     contacts, direction, encoder, inertia_and_chain, load, periodic, presliding, rail, resonance, seals_and_oil,
     sensor_dynamics, sensor_level, temperature, travel,
@@ -9,6 +10,12 @@ use super::{
 /// The library.
 pub fn library() -> &'static [Definition] {
     LIBRARY
+}
+
+/// What the library says of a mechanism.
+pub fn definition(id: Id) -> &'static Definition {
+    // every id has its definition at its own place, see below
+    &LIBRARY[id as usize]
 }
 
 const LIBRARY: &[Definition] = &[
@@ -51,3 +58,13 @@ const LIBRARY: &[Definition] = &[
     encoder::SPEED_NOISE,
     encoder::ENCODER_CYCLIC_ERROR,
 ];
+
+/// A library without an id, or in another order, does not compile.
+const _: () = {
+    assert!(LIBRARY.len() == Id::ALL.len(), "one definition for each id");
+    let mut n = 0;
+    while n < LIBRARY.len() {
+        assert!(LIBRARY[n].id as usize == n, "definitions stand in the order of the ids");
+        n += 1;
+    }
+};

@@ -40,7 +40,7 @@ pub use added::Added;
 pub use context::{Context, FAR_M, Geometry};
 pub use definition::{Amplitude, Columns, Definition, Form, Kind, Search, ShapeParameter, Sign};
 pub use id::Id;
-pub use library::library;
+pub use library::{definition, library};
 
 use Sign::{Free, Negative, Positive};
 

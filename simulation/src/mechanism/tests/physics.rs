@@ -5,8 +5,7 @@ use crate::law::Factors;
 
 /// The columns of the first form of this name.
 fn columns(id: Id, form: &str, context: &Context<'_>, shape: &[f64]) -> Option<Columns> {
-    let definition = library().iter().find(|definition| definition.id == id).expect("in the library");
-    let form = definition.forms.iter().find(|own| own.name == form).expect(form);
+    let form = definition(id).forms.iter().find(|own| own.name == form).expect(form);
     (form.columns)(context, shape)
 }
 

@@ -21,8 +21,7 @@ fn column(run: &Run, id: Id, form: usize, shape: &[f64]) -> Vec<f64> {
     let motion = Motion::of(run);
     let simulation = simulation("");
     let context = Context::of(&simulation, run, &motion).expect("has its column");
-    let definition = library().iter().find(|definition| definition.id == id).expect("in the library");
-    (definition.forms[form].columns)(&context, shape).expect("shows").remove(0)
+    (definition(id).forms[form].columns)(&context, shape).expect("shows").remove(0)
 }
 
 /// Amplitude and phase at a frequency, over the last whole periods.
@@ -75,7 +74,7 @@ fn a_resonance_above_the_sampling_is_not_shown() {
     let motion = Motion::of(&run);
     let simulation = simulation("");
     let context = Context::of(&simulation, &run, &motion).expect("has its column");
-    let form = &library().iter().find(|d| d.id == Id::StructuralResonance).expect("in the library").forms[0];
+    let form = &definition(Id::StructuralResonance).forms[0];
     assert!((form.columns)(&context, &[60.0, 0.1]).is_none());
     assert!((form.columns)(&context, &[10.0, 0.1]).is_some());
 }
@@ -113,7 +112,7 @@ fn the_force_channel_ends_counts_scales_and_drifts() {
     let motion = Motion::of(&run);
     let simulation = simulation("");
     let context = Context::of(&simulation, &run, &motion).expect("has its column");
-    let form = &library().iter().find(|d| d.id == Id::ForceSaturation).expect("in the library").forms[0];
+    let form = &definition(Id::ForceSaturation).forms[0];
     assert!((form.columns)(&context, &[60.0]).is_none(), "a limit that nothing exceeds");
 }
 
@@ -123,7 +122,7 @@ fn play_takes_the_force_away_over_its_gap_after_a_reversal_only() {
     let motion = Motion::of(&run);
     let simulation = &simulations()[1];
     let context = Context::of(simulation, &run, &motion).expect("complete");
-    let form = &library().iter().find(|d| d.id == Id::CouplingBacklash).expect("in the library").forms[0];
+    let form = &definition(Id::CouplingBacklash).forms[0];
     let column = (form.columns)(&context, &[3e-4]).expect("turns").remove(0);
     let (mut open, mut first) = (0, true);
     for (n, x) in column.iter().enumerate() {
@@ -141,7 +140,7 @@ fn noise_of_the_speed_bends_the_law_as_its_second_derivative_says() {
     let motion = Motion::of(&run);
     let simulation = &simulations()[0];
     let context = Context::of(simulation, &run, &motion).expect("complete");
-    let form = &library().iter().find(|d| d.id == Id::SpeedNoise).expect("in the library").forms[0];
+    let form = &definition(Id::SpeedNoise).forms[0];
     let columns = (form.columns)(&context, &[]).expect("curved");
     let (delta, mut worst) = (1e-4, 0.0f64);
     let shifted = |by: f64| {
@@ -185,7 +184,7 @@ fn the_step_of_a_channel_is_read_from_its_values() {
     let motion = Motion::of(&run);
     let simulation = simulation("");
     let context = Context::of(&simulation, &run, &motion).expect("has its column");
-    let form = &library().iter().find(|d| d.id == Id::ForceQuantisation).expect("in the library").forms[0];
+    let form = &definition(Id::ForceQuantisation).forms[0];
     assert!((form.columns)(&context, &[0.1]).is_none(), "values that do not repeat have no step");
 }
 
