@@ -244,25 +244,3 @@ fn a_simulation_s_force_is_its_law_and_what_acts_beside_it() {
     }
     assert!(matches!(simulation.law, Law::Guide(_)));
 }
-
-#[test]
-#[ignore = "a measurement"]
-fn time_of_all_minimal_forms_over_72_000_rows() {
-    let run = rich(72_000);
-    let motion = Motion::of(&run);
-    for simulation in simulations() {
-        let start = std::time::Instant::now();
-        let context = Context::of(&simulation, &run, &motion).expect("complete");
-        println!("context: {:.1} ms", start.elapsed().as_secs_f64() * 1e3);
-        let start = std::time::Instant::now();
-        for definition in library() {
-            let form = &definition.forms[0];
-            let grid = shapes(form);
-            let own = std::time::Instant::now();
-            let columns = (form.columns)(&context, &grid[grid.len() / 2]);
-            let count = columns.map_or(0, |columns| columns.len());
-            println!("  {:24} {count} {:6.2} ms", definition.id.name(), own.elapsed().as_secs_f64() * 1e3);
-        }
-        println!("all: {:.1} ms", start.elapsed().as_secs_f64() * 1e3);
-    }
-}
