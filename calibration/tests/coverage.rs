@@ -6,30 +6,16 @@ use calibration::fit::{FrictionFit, NAMES, Seals};
 use model_core::exact::Exact;
 use model_core::friction::Friction;
 use model_core::reference::zhou_2023::{FRICTION, GUIDE, GUIDE_CARRIAGE_SPEED};
-
-struct Random(u64);
-impl Random {
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-    fn gaussian(&mut self) -> f64 {
-        let (u, v) = (self.uniform().max(1e-300), self.uniform());
-        (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
-    }
-}
+use simulation::sensor::Noise;
 
 fn run(seed: u64, carriage: bool) -> (Friction, FrictionFit) {
-    let mut random = Random(seed.wrapping_mul(7919) + u64::from(carriage));
-    let factor = |r: &mut Random| 2f64.powf(2.0 * r.uniform() - 1.0);
+    let mut noise = Noise::new(seed, u64::from(carriage));
+    let mut factor = || 2f64.powf(noise.even());
     let truth = Friction {
-        mu_coulomb: FRICTION.mu_coulomb * factor(&mut random),
-        mu_viscous: FRICTION.mu_viscous * factor(&mut random),
-        mu_stribeck: FRICTION.mu_stribeck * factor(&mut random),
-        stribeck_exponent: FRICTION.stribeck_exponent * factor(&mut random),
+        mu_coulomb: FRICTION.mu_coulomb * factor(),
+        mu_viscous: FRICTION.mu_viscous * factor(),
+        mu_stribeck: FRICTION.mu_stribeck * factor(),
+        stribeck_exponent: FRICTION.stribeck_exponent * factor(),
     };
     let (guide, scale) = if carriage { (GUIDE_CARRIAGE_SPEED, 0.0528) } else { (GUIDE, 1.0) };
     let model = Exact::new(guide, truth);
@@ -39,7 +25,7 @@ fn run(seed: u64, carriage: bool) -> (Friction, FrictionFit) {
         for n in 0..20 {
             let v = if n < 10 { 0.1 * f64::from(n + 1) } else { 1.5 + 0.5 * f64::from(n - 10) } / 60.0;
             let clean = model.drag_force_n(q, 100.0 * scale, v);
-            let force_n = clean * (1.0 + 0.01 * random.gaussian()) + 0.1 * random.gaussian();
+            let force_n = clean * (1.0 + 0.01 * noise.gaussian()) + 0.1 * noise.gaussian();
             cells.push(Cell {
                 load_per_ball_n: q,
                 reference_n: 0.0,

@@ -9,6 +9,7 @@ use std::process::{Command, Output};
 use model_core::exact::Exact;
 use model_core::reference::zhou_2023::{FRICTION, GUIDE};
 use serde_json::Value;
+use simulation::sensor::Noise;
 
 /// Drag of the seals in the recordings below, N and N s/m, and zero of the force sensor, N.
 const SEAL_N: f64 = 0.8;
@@ -34,25 +35,11 @@ fn json(output: &Output) -> Value {
     serde_json::from_slice(&output.stdout).expect("JSON")
 }
 
-/// Noise of unit variance, from a linear congruence.
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self) -> f64 {
-        let mut sum = -6.0;
-        for _ in 0..12 {
-            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            sum += (self.0 >> 11) as f64 / (1u64 << 53) as f64;
-        }
-        sum
-    }
-}
-
 /// Strokes to and fro at 100 Hz, a segment a load: two of each speed, 1 % from stroke to stroke and 0.05 N from row to
 /// row; with ramps between that belong to no stroke.
 fn ladder(loads_n: &[f64], speeds: &[f64], seals: bool) -> String {
     let model = Exact::new(GUIDE, FRICTION);
-    let mut noise = Noise(7);
+    let mut noise = Noise::new(7, 0);
     let mut csv = "time_s,position_m,velocity_m_s,drag_force_n,preload_n,segment\n".to_owned();
     let (mut time, mut place) = (0.0, 0.1);
     for (segment, load) in loads_n.iter().enumerate() {
@@ -63,12 +50,12 @@ fn ladder(loads_n: &[f64], speeds: &[f64], seals: bool) -> String {
         };
         for speed in speeds.iter().flat_map(|v| [*v, *v]) {
             for d in [1.0, -1.0] {
-                let stroke = 1.0 + 0.01 * noise.next();
+                let stroke = 1.0 + 0.01 * noise.gaussian();
                 for row in 0..160 {
                     // 0.15 s up, 1.3 s steady, 0.15 s down
                     let ramp = (f64::from(row.min(159 - row)) / 15.0).min(1.0);
                     let v = d * speed * ramp;
-                    let force = d * drag(speed) * stroke * ramp + OFFSET_N + 0.05 * noise.next();
+                    let force = d * drag(speed) * stroke * ramp + OFFSET_N + 0.05 * noise.gaussian();
                     writeln!(csv, "{time:.2},{place:.7},{v:.7},{force:.5},{load},{segment}").unwrap();
                     time += 0.01;
                     place += 0.01 * v;

@@ -37,8 +37,8 @@ impl Noise {
         }
     }
 
-    /// Evenly between -1 and 1.
-    fn even(&mut self) -> f64 {
+    /// The next of numbers spread evenly between -1 and 1, from the same sequence.
+    pub fn even(&mut self) -> f64 {
         // the upper 53 bits fill the mantissa
         (self.source.next_u64() >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
