@@ -52,7 +52,9 @@ pub enum Missing {
     )]
     Temperature,
     /// A reference load that the geometry has no load per ball for.
-    #[error("a reference load of {0} N is beyond what the balls of this guide can carry; check the unit of preload_n")]
+    #[error(
+        "a reference load of {0} N is beyond what the balls of this guide can carry; check the unit and the sign of preload_n"
+    )]
     Load(f64),
 }
 

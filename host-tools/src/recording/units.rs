@@ -15,6 +15,9 @@ const TRAVEL_M: f64 = 500.0;
 /// Largest forces, N: drive, preload and load. Static load ratings of the largest blocks are near 1 MN.
 const FORCE_N: f64 = 1e6;
 
+/// Error that the zero of a load cell may have, N: so far below 0 a block without preload may read.
+const LOAD_ZERO_N: f64 = 10.0;
+
 /// Largest acceleration, m/s². Ball guides take up to 500.
 const ACCELERATION_M_S2: f64 = 1e4;
 
@@ -103,6 +106,17 @@ pub(super) fn check(run: &Run) -> Result<Sign, Wrong> {
         {
             return wrong(column, format!("usual forces reach {force:.4e} N; in mN?"));
         }
+    }
+    if let Some(preload) = &run.preload_n
+        && usual(preload, |force| force) < LOAD_ZERO_N
+        && let least = quantile(preload, |force| force, 0.1)
+        && least < -LOAD_ZERO_N
+    {
+        let why = format!(
+            "it is as low as {least:.1} N and hardly ever above 0; a preload is positive: a load cell of the other sign \
+             (SCALE -1)?"
+        );
+        return wrong("preload_n", why);
     }
     if let Some(acceleration) = run.acceleration_m_s2.as_deref().map(|a| usual(a, f64::abs))
         && acceleration > ACCELERATION_M_S2
@@ -288,6 +302,22 @@ mod tests {
                 assert_eq!(check(&run), Ok(Sign::Same));
             }
         }
+        // a block without preload: noise of the load cell about a zero that is a little off
+        let mut unloaded = run(0.25, 0.1);
+        unloaded.preload_n.iter_mut().flatten().enumerate().for_each(|(n, p)| *p = (n % 7) as f64 - 9.0);
+        assert_eq!(check(&unloaded), Ok(Sign::Same));
+        // a load cell that is wild in a few rows, or changes its sign
+        for share in [0.05, 0.5] {
+            let mut some = run(0.25, 0.1);
+            let count = (share * some.len() as f64) as usize;
+            some.preload_n.iter_mut().flatten().take(count).for_each(|p| *p = -*p);
+            assert_eq!(check(&some), Ok(Sign::Same));
+        }
+        // strokes without preload beside negative ones do not hide those
+        let mut ladder = run(0.25, 0.1);
+        scaled(&mut ladder.preload_n, -1.0);
+        ladder.preload_n.iter_mut().flatten().take(12_000).for_each(|p| *p = 0.0);
+        assert_eq!(check(&ladder).map_err(|wrong| wrong.column), Err("preload_n"));
         // an axis that stands still under a changing force
         let mut still = run(0.25, 0.1);
         still.position_m = Some(vec![0.1; still.len()]);
@@ -306,7 +336,7 @@ mod tests {
             check(&run).map_err(|wrong| format!("{}: {}", wrong.column, wrong.why)).expect_err("refused")
         };
         let time = |run: &mut Run, factor: f64| run.time_s.iter_mut().for_each(|t| *t *= factor);
-        let cases: [Case; 13] = [
+        let cases: [Case; 14] = [
             (
                 &|run| scaled(&mut run.velocity_m_s, 1000.0),
                 "velocity_m_s: usual speeds reach 98.7 m/s; in mm/s or mm/min?",
@@ -341,6 +371,11 @@ mod tests {
                 "drag_force_n: usual forces reach 2.0000e6 N; in mN?",
             ),
             (&|run| scaled(&mut run.preload_n, 1000.0), "preload_n: usual forces reach 3.0000e6 N; in mN?"),
+            (
+                &|run| scaled(&mut run.preload_n, -1.0),
+                "preload_n: it is as low as -3000.0 N and hardly ever above 0; a preload is positive: a load cell of the \
+                 other sign (SCALE -1)?",
+            ),
             (
                 &|run| scaled(&mut run.acceleration_m_s2, 1e5),
                 "acceleration_m_s2: usual accelerations reach 5.0000e4 m/s²; in mm/s²?",
