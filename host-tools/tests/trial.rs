@@ -143,6 +143,40 @@ fn a_trial_is_made_run_and_opened_and_no_tampering_passes() {
 }
 
 #[test]
+fn a_part_of_a_trial_that_is_not_there_is_told_with_what_to_do() {
+    let folder = folder("parts");
+    fs::create_dir_all(&folder).unwrap();
+    let refused = |step: &str, file: &str, advice: &str| {
+        let output = guideblock(&["trial", step, text(&folder)]);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{step}: {said}");
+        let found = format!("guideblock: {}: not found; ", folder.join(file).display());
+        assert!(said.starts_with(&found) && said.contains(advice), "{step}: {said}");
+    };
+    refused("run", "envelope.json", "`guideblock trial make --out`");
+    refused("open", "envelope.json", "`guideblock trial seal`");
+    refused("seal", "records", "one folder a record, records/ID/");
+    fs::create_dir_all(folder.join("records")).unwrap();
+    refused("seal", "records/ID", "with recording.csv and simulation.toml");
+    fs::create_dir_all(folder.join("records/one")).unwrap();
+    refused("seal", "answers/one.truth.json", "every record needs its answer");
+    fs::create_dir_all(folder.join("answers")).unwrap();
+    fs::write(folder.join("answers/one.truth.json"), "{}").unwrap();
+    refused("seal", "answers/trial.json", "the list of all records");
+    assert_eq!(fs::read_dir(folder.join("answers")).unwrap().count(), 1, "no salt of a refused sealing");
+    fs::write(folder.join("answers/trial.json"), "{}").unwrap();
+    let sealed = guideblock(&["trial", "seal", text(&folder)]);
+    assert!(sealed.status.success(), "{}", String::from_utf8_lossy(&sealed.stderr));
+
+    fs::rename(folder.join("answers"), folder.join("hidden")).unwrap();
+    refused("open", "answers/trial.salt", "bring the folder `answers` back");
+    fs::rename(folder.join("hidden"), folder.join("answers")).unwrap();
+    refused("open", "run/run.json", "`guideblock trial run DIR` first");
+    fs::remove_file(folder.join("root.txt")).unwrap();
+    refused("run", "root.txt", "the root that was printed");
+}
+
+#[test]
 fn the_same_seeds_give_the_same_root() {
     if !has_python() {
         return;
@@ -318,7 +352,7 @@ fn an_envelope_filled_by_hand_is_sealed_and_scored() {
             fs::write(folder.join(format!("answers/{id}.truth.json")), truth).unwrap();
         } else {
             let refused = guideblock(&["trial", "seal", text(&folder)]);
-            assert!(String::from_utf8_lossy(&refused.stderr).contains("card-3.truth.json: missing"));
+            assert!(String::from_utf8_lossy(&refused.stderr).contains("card-3.truth.json: not found; every record"));
             fs::write(folder.join(format!("answers/{id}.truth.json")), truth).unwrap();
         }
     }

@@ -143,7 +143,9 @@ impl From<TrialError> for Failure {
                 Failure::Check
             }
             TrialError::Malformed { .. } => Failure::Data(error.to_string()),
-            TrialError::File { .. } | TrialError::Tool(_) => Failure::Usage(error.to_string()),
+            TrialError::File { .. } | TrialError::Missing { .. } | TrialError::Tool(_) => {
+                Failure::Usage(error.to_string())
+            }
         }
     }
 }

@@ -15,7 +15,7 @@ use std::process::Command;
 use serde::{Deserialize, Serialize};
 
 use super::commitment::{self, Salt};
-use super::{TrialError, at, malformed, names, read, write};
+use super::{TrialError, at, expected, malformed, names, read, write};
 
 /// What is drawn and how it is sealed.
 #[derive(Clone, Debug)]
@@ -63,6 +63,17 @@ pub struct Sealed {
 }
 
 const SCHEMA: &str = "guideblock.envelope/1";
+/// What to do where a part of a trial is not found.
+const NO_ENVELOPE: &str = "a trial's folder holds envelope.json and root.txt beside records/: name the folder that \
+    `guideblock trial make --out` made, or seal one that was filled by hand with `guideblock trial seal`";
+const NO_ROOT: &str = "the root that was printed when the trial was sealed; write that line into the file, without it the \
+    envelope proves nothing";
+const NO_RECORDS: &str = "expected one folder a record, records/ID/, with recording.csv and simulation.toml";
+const NO_ANSWER: &str = "answers and their salts are needed to open a trial; bring the folder `answers` back to where it \
+    was sealed";
+const NO_LIST: &str = "expected {\"seed\": N, \"blocks\": {\"ID\": \"BLOCK\", ...}}, the list of all records, beside one \
+    ID.truth.json a record";
+
 /// Salt and answer of what concerns the whole trial.
 const TRIAL: &str = "trial";
 
@@ -82,11 +93,14 @@ impl Envelope {
     /// Reads the envelope and holds it against the root that was printed.
     ///
     /// # Errors
-    /// [`TrialError::File`], [`TrialError::Malformed`], and [`TrialError::Broken`] where the root differs.
+    /// [`TrialError::Missing`], [`TrialError::File`], [`TrialError::Malformed`], and [`TrialError::Broken`] where the root
+    /// differs.
     pub fn open(folder: &Path) -> Result<Self, TrialError> {
         let path = folder.join("envelope.json");
-        let envelope: Envelope = serde_json::from_slice(&read(&path)?).map_err(|why| malformed(&path, why))?;
-        let printed = String::from_utf8_lossy(&read(&folder.join("root.txt"))?).trim().to_owned();
+        let envelope: Envelope = serde_json::from_slice(&read(&path).map_err(expected(NO_ENVELOPE))?)
+            .map_err(|why| malformed(&path, why))?;
+        let printed = read(&folder.join("root.txt")).map_err(expected(NO_ROOT))?;
+        let printed = String::from_utf8_lossy(&printed).trim().to_owned();
         if envelope.root() != printed {
             return Err(TrialError::Broken(format!(
                 "{}: altered after the root was printed: it gives {}, root.txt says {printed}",
@@ -100,10 +114,10 @@ impl Envelope {
     /// Every file of every record against its hash; the sentences say what differs, none where all is well.
     ///
     /// # Errors
-    /// [`TrialError::File`] where a folder cannot be read.
+    /// [`TrialError::Missing`] without records, [`TrialError::File`] where a folder cannot be read.
     pub fn altered_records(&self, folder: &Path) -> Result<Vec<String>, TrialError> {
         let mut complaints = Vec::new();
-        let there = names(&folder.join("records"))?;
+        let there = names(&folder.join("records")).map_err(expected(NO_RECORDS))?;
         complaints.extend(
             there
                 .iter()
@@ -130,12 +144,12 @@ impl Envelope {
     /// Every answer against its commitment.
     ///
     /// # Errors
-    /// [`TrialError::File`] where an answer or its salt is missing.
+    /// [`TrialError::Missing`] where an answer or its salt is, [`TrialError::File`].
     pub fn altered_answers(&self, folder: &Path) -> Result<Vec<String>, TrialError> {
         let answers = folder.join("answers");
         let mut complaints = Vec::new();
         let mut check = |salt: &Salt, name: &str, sealed: &str| -> Result<(), TrialError> {
-            if commitment::commit(salt, &read(&answers.join(name))?) != sealed {
+            if commitment::commit(salt, &read(&answers.join(name)).map_err(expected(NO_ANSWER))?) != sealed {
                 complaints.push(format!("answers/{name}: altered after it was sealed"));
             }
             Ok(())
@@ -153,7 +167,7 @@ impl Envelope {
 
 fn salt_in(answers: &Path, id: &str) -> Result<Salt, TrialError> {
     let path = answers.join(format!("{id}.salt"));
-    let text = String::from_utf8_lossy(&read(&path)?).trim().to_owned();
+    let text = String::from_utf8_lossy(&read(&path).map_err(expected(NO_ANSWER))?).trim().to_owned();
     commitment::salt_of(&text).ok_or_else(|| malformed(&path, "64 hexadecimal digits were expected"))
 }
 
@@ -186,16 +200,28 @@ pub fn make(order: &Order, folder: &Path) -> Result<Envelope, TrialError> {
 /// Seals a folder that was filled by hand, as on a rig: `records/ID/`, `answers/ID.truth.json`, `answers/trial.json`.
 ///
 /// # Errors
-/// [`TrialError::Tool`] where it is sealed already or a record has no answer, [`TrialError::File`].
+/// [`TrialError::Missing`] without records, list or an answer, [`TrialError::Tool`] where it is sealed already,
+/// [`TrialError::File`].
 pub fn seal(folder: &Path, made_s: u64) -> Result<Envelope, TrialError> {
     if folder.join("root.txt").exists() {
         return Err(TrialError::Tool(format!("{} is sealed already", folder.display())));
     }
-    for id in names(&folder.join("records"))? {
-        let answer = folder.join("answers").join(format!("{id}.truth.json"));
+    // all of it before the first salt is written: what is refused stays as it was
+    let (records, answers) = (folder.join("records"), folder.join("answers"));
+    let missing = |path: &Path, expected| TrialError::Missing { path: path.to_owned(), expected };
+    let ids = names(&records).map_err(expected(NO_RECORDS))?;
+    if ids.is_empty() {
+        return Err(missing(&records.join("ID"), NO_RECORDS));
+    }
+    for id in ids {
+        let answer = answers.join(format!("{id}.truth.json"));
         if !answer.is_file() {
-            return Err(TrialError::Tool(format!("{}: missing: every record needs its answer", answer.display())));
+            return Err(missing(&answer, "every record needs its answer"));
         }
+    }
+    let list = answers.join("trial.json");
+    if !list.is_file() {
+        return Err(missing(&list, NO_LIST));
     }
     sealed(folder, made_s, None, "by hand".to_owned())
 }

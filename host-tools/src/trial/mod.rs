@@ -31,6 +31,14 @@ pub enum TrialError {
         /// What the system said.
         source: io::Error,
     },
+    /// A part of a trial is not there.
+    #[error("{}: not found; {expected}", path.display())]
+    Missing {
+        /// Which.
+        path: PathBuf,
+        /// What was expected, where it comes from and what to do.
+        expected: &'static str,
+    },
     /// A file is there but is not what it should be.
     #[error("{}: {why}", path.display())]
     Malformed {
@@ -49,6 +57,16 @@ pub enum TrialError {
 
 fn at(path: &Path) -> impl Fn(io::Error) -> TrialError + '_ {
     |source| TrialError::File { path: path.to_owned(), source }
+}
+
+/// Says what was expected where a file or folder is not there; any other error stays as it is.
+fn expected(expected: &'static str) -> impl Fn(TrialError) -> TrialError {
+    move |error| match error {
+        TrialError::File { path, source } if source.kind() == io::ErrorKind::NotFound => {
+            TrialError::Missing { path, expected }
+        }
+        other => other,
+    }
 }
 
 fn malformed(path: &Path, why: impl ToString) -> TrialError {

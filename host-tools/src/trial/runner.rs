@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 
 use super::envelope::Envelope;
-use super::{TrialError, at, commitment, malformed, read, write};
+use super::{TrialError, at, commitment, expected, malformed, read, write};
 
 /// How a trial is run.
 #[derive(Clone, Debug)]
@@ -72,15 +72,20 @@ pub struct Ending {
     pub augmented: String,
 }
 
+/// What to do where no run is found.
+const NO_RUN: &str =
+    "the trial was not run, or elsewhere: `guideblock trial run DIR` first, or name its results with --run";
+
 impl Run {
     /// Reads what a run left and checks it: of this envelope, not older than it, no diagnosis altered since.
     /// The sentences say what is wrong.
     ///
     /// # Errors
-    /// [`TrialError::File`], [`TrialError::Malformed`].
+    /// [`TrialError::Missing`] without a run, [`TrialError::File`], [`TrialError::Malformed`].
     pub fn open(folder: &Path, envelope: &Envelope) -> Result<(Self, Vec<String>), TrialError> {
         let path = folder.join("run.json");
-        let run: Run = serde_json::from_slice(&read(&path)?).map_err(|why| malformed(&path, why))?;
+        let run: Run =
+            serde_json::from_slice(&read(&path).map_err(expected(NO_RUN))?).map_err(|why| malformed(&path, why))?;
         let mut complaints = Vec::new();
         if run.started_s < envelope.made_s {
             complaints.push(format!(
