@@ -1,6 +1,6 @@
 //! What is said of a cause: its name, its numbers with their intervals, a sentence.
 
-use simulation::mechanism::{Id, Kind, library};
+use simulation::mechanism::{Id, Kind, definition};
 
 use crate::bench::{Bench, Fit, Member, Source};
 use crate::events::{Number, Spots};
@@ -34,7 +34,6 @@ pub(crate) fn contamination(spots: &Spots) -> Finding {
         ci95: [-1.96, 1.96].map(|sigmas| number.value * (sigmas * number.relative).exp()),
         unit: unit.to_owned(),
     };
-    let definition = library().iter().find(|definition| definition.id == Id::Contamination);
     Finding {
         id: Id::Contamination.name().to_owned(),
         kind: "physics",
@@ -47,7 +46,7 @@ pub(crate) fn contamination(spots: &Spots) -> Finding {
             number("drag_n", spots.force_n, "N"),
         ],
         share_of_mismatch: spots.share,
-        statement: definition.map_or_else(String::new, |definition| definition.statement.to_owned()),
+        statement: definition(Id::Contamination).statement.to_owned(),
     }
 }
 

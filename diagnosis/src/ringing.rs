@@ -4,7 +4,7 @@
 //! it out with the rest. A filter too short for that, an autoregression of order 2, leaves it to be seen: what a
 //! resonance explains there is taken from the residual that the noise is learnt from.
 
-use simulation::mechanism::{Id, library};
+use simulation::mechanism::{Id, definition};
 
 use crate::bench::{Bench, Source, raw_columns};
 use crate::calibration::prior;
@@ -33,9 +33,7 @@ pub(crate) fn unmask(
     left: &[f64],
     rows: &mut Rows,
 ) -> Result<(), String> {
-    let Some(definition) = library().iter().find(|definition| definition.id == Id::StructuralResonance) else {
-        return Ok(());
-    };
+    let definition = definition(Id::StructuralResonance);
     let mut short = rows.clone();
     short.learn_up_to(left, SHORT);
     let mismatch = side.residual(nominal, values)?;
