@@ -1,9 +1,9 @@
 //! The diagnosis and the augmented simulation, written down from what was found.
 
 use simulation::Simulation;
-use simulation::mechanism::Id;
+use simulation::run::Run;
 
-use crate::bench::{Member, Source, added};
+use crate::bench::{Member, added};
 use crate::equivalents;
 use crate::events::Spots;
 use crate::export;
@@ -15,6 +15,7 @@ use crate::refit;
 use crate::region::region;
 use crate::report::{DataQuality, Diagnosis, Finding, NextExperiment, Region, SCHEMA, Unexplained, Verdict};
 use crate::rest::{power, shares};
+use crate::sanity::quantum;
 use crate::scores::Proof;
 use crate::side::Side;
 
@@ -23,6 +24,9 @@ const UNSTEADY: f64 = 1e-12;
 
 /// Share of the mismatch that an unsteady rest must have.
 const UNSTEADY_SHARE: f64 = 0.15;
+
+/// Step of a force channel, of the noise, from which rounding shows in what is left.
+const COARSE: f64 = 0.3;
 
 /// How the squared mismatch that calibration leaves is shared out.
 struct Balance {
@@ -35,15 +39,15 @@ struct Balance {
 
 impl Balance {
     /// What comes and goes no curve follows: it is in the noise until it is told from it.
-    fn of(found: &Found<'_>, proof: &Proof) -> Self {
+    fn of(side: &Side<'_>, found: &Found<'_>, proof: &Proof) -> Self {
         let rows = &found.bench.rows;
         let (before, after) = (power(rows, &proof.own.calibrated), power(rows, &proof.own.after));
         let unsteady = open_set::unsteady(&found.bench.rest(&found.fit), &rows.groups);
         let noise = found.noise_n * found.noise_n;
         let coherent = unsteady.share * noise;
-        // what rounding leaves is noise that follows the force
-        let rounds = |member: &Member| matches!(&member.candidate.source, Source::Mechanism { definition, .. } if definition.id == Id::ForceQuantisation);
-        let is_unsteady = !found.members.iter().any(rounds)
+        // what rounding leaves is noise that follows the force: it comes and goes with it
+        let rounds = |run: &Run| quantum(&run.drag_force_n).is_some_and(|step| step > COARSE * found.noise_n);
+        let is_unsteady = !side.runs.iter().any(rounds)
             && unsteady.p < UNSTEADY
             && coherent > UNSTEADY_SHARE * (before - noise + coherent);
         let noise = if is_unsteady { noise - coherent } else { noise };
@@ -69,7 +73,7 @@ pub(crate) fn write(
     proof: Proof,
     quality: &mut DataQuality,
 ) -> Result<(Diagnosis, Simulation), String> {
-    let balance = Balance::of(found, &proof);
+    let balance = Balance::of(side, found, &proof);
     let amplitudes = found.amplitudes();
     let forces: Vec<Vec<f64>> = found
         .members

@@ -31,6 +31,9 @@ const ORDERS: f64 = 4.0;
 /// Numbers less that make a cause the simpler one.
 const MUCH: usize = 3;
 
+/// Numbers less for each of which such a share is given up.
+const MUCH_FOR_SHARE: usize = 5;
+
 /// Logarithm of an e-value that no noise brings forth, whatever whitening gets wrong: under coloured noise that was
 /// taken for white, 37 has been seen.
 const BEYOND_NOISE: f64 = 120.0;
@@ -128,28 +131,28 @@ impl Pool {
             self.tune(bench, &left, definition, &mut seen);
         }
         let order = ranked(bench, &mut self.causes, fit, tolerances);
-        let leading: Vec<&'static Definition> = order
+        let leading: Vec<Source> = order
             .iter()
-            .filter_map(|(index, _)| match &self.causes[*index].source {
-                Source::Mechanism { definition, .. } => Some(*definition),
-                _ => None,
-            })
+            .map(|(index, _)| &self.causes[*index].source)
+            .filter(|source| matches!(source, Source::Mechanism { .. }))
             .take(LEADING)
-            .filter(|definition| !self.whole.contains(&definition.id))
+            .cloned()
             .collect();
-        if leading.is_empty() {
-            return order;
+        let before = self.whole.len();
+        for source in leading {
+            self.complete(bench, &left, &source);
         }
-        for definition in leading {
-            self.complete(bench, &left, definition);
+        if self.whole.len() == before {
+            return order;
         }
         ranked(bench, &mut self.causes, fit, tolerances)
     }
 
     /// The best of a cause in any of its forms.
-    fn best_of(&mut self, bench: &Bench<'_>, definition: &'static Definition, fit: &Fit) -> Option<(Candidate, Gain)> {
+    fn best_of(&mut self, bench: &Bench<'_>, source: &Source, fit: &Fit) -> Option<(Candidate, Gain)> {
+        let Source::Mechanism { definition, .. } = source else { return None };
         if !self.whole.contains(&definition.id) {
-            self.complete(bench, &Left::of(bench, fit), definition);
+            self.complete(bench, &Left::of(bench, fit), source);
         }
         let of_kind =
             |c: &&mut Candidate| matches!(&c.source, Source::Mechanism { definition: d, .. } if d.id == definition.id);
@@ -164,8 +167,17 @@ impl Pool {
         best.map(|(candidate, _)| refine(bench, candidate, fit))
     }
 
-    /// Adds the forms of a cause that a first look leaves out.
-    fn complete(&mut self, bench: &Bench<'_>, left: &Left, definition: &'static Definition) {
+    /// Adds the forms of a cause that a first look leaves out. What a form shares with the one of `source` (the place of
+    /// a joint) is where it is there.
+    fn complete(&mut self, bench: &Bench<'_>, left: &Left, source: &Source) {
+        let Source::Mechanism { definition, form: known, shape: known_shape } = source else { return };
+        if self.whole.contains(&definition.id) {
+            return;
+        }
+        let shared = |name: &str| {
+            let at = definition.forms[*known].shape.iter().position(|parameter| parameter.name == name)?;
+            known_shape.get(at).copied()
+        };
         self.whole.push(definition.id);
         for (form, what) in definition.forms.iter().enumerate() {
             if bench.is_relative && what.shape.iter().any(|parameter| parameter.search == Search::StrokeStart) {
@@ -174,7 +186,7 @@ impl Pool {
             if is_wave(what) && !self.waves.iter().any(|wave| wave.id == definition.id) {
                 self.tune(bench, left, definition, &mut Vec::new());
             } else if form > 0 && !what.shape.is_empty() && !is_wave(what) && definition.id != Id::ForceSaturation {
-                let shapes = grid(what, MOST_POINTS_OF_RICHER, span(bench));
+                let shapes = grid_around(what, MOST_POINTS_OF_RICHER, span(bench), &shared);
                 let source = |shape| Source::Mechanism { definition, form, shape };
                 self.causes.extend(shapes.into_iter().filter_map(|shape| bench.candidate(source(shape))));
             }
@@ -239,11 +251,18 @@ fn limits(bench: &Bench<'_>) -> Vec<f64> {
 
 /// Grid over the shape parameters of a form.
 pub(crate) fn grid(form: &Form, most: usize, stroke: (f64, f64)) -> Vec<Vec<f64>> {
+    grid_around(form, most, stroke, &|_| None)
+}
+
+/// The same with the values that are `known`.
+fn grid_around(form: &Form, most: usize, stroke: (f64, f64), known: &dyn Fn(&str) -> Option<f64>) -> Vec<Vec<f64>> {
     let mut points: Vec<Vec<f64>> = vec![Vec::new()];
     for parameter in form.shape {
-        let others: usize = form.shape.iter().map(|p| p.grid.max(1)).product::<usize>() / parameter.grid.max(1);
+        let free = |p: &&ShapeParameter| p.name != parameter.name && known(p.name).is_none();
+        let others: usize = form.shape.iter().filter(free).map(|p| p.grid.max(1)).product();
         let count = parameter.grid.clamp(1, (most / others.clamp(1, most)).max(2));
         let values: Vec<f64> = match parameter.search {
+            _ if known(parameter.name).is_some() => known(parameter.name).into_iter().collect(),
             Search::StrokeStart => vec![stroke.0],
             Search::StrokeEnd => vec![stroke.1],
             Search::Grid | Search::Wave => (0..count)
@@ -549,7 +568,9 @@ fn best_upgrade(bench: &Bench<'_>, pool: &mut Pool, members: &[Member], rival: f
         let mut own = member.candidate.clone();
         bench.prepare(&mut own, &fit.active);
         let now = bench.gain(&own, &fit).score;
-        for candidate in pool.best_of(bench, definition, &fit).into_iter().chain([refine(bench, &own, &fit)]) {
+        for candidate in
+            pool.best_of(bench, &member.candidate.source, &fit).into_iter().chain([refine(bench, &own, &fit)])
+        {
             let more = candidate.1.score - now;
             if more > 0.5 * rival.max(4.0) && best.as_ref().is_none_or(|(score, ..)| more > *score) {
                 best = Some((more, at, candidate.0));
@@ -586,19 +607,23 @@ fn simplify(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>,
         let fit = bench.fit_members(&others);
         let mut own = members[at].candidate.clone();
         bench.prepare(&mut own, &fit.active);
-        let least = bench.gain(&own, &fit).nats - FURTHER * all;
+        let own_nats = bench.gain(&own, &fit).nats;
+        // a table of 48 entries follows whatever there is: what it follows better than a cause with a shape is no evidence
+        let least = |freedom: usize| {
+            own_nats - FURTHER * all * (own.freedom().saturating_sub(freedom) / MUCH_FOR_SHARE).max(1) as f64
+        };
         let simpler: Vec<(Candidate, Gain)> = pool
             .ranked_causes(bench, &fit, tolerances)
             .into_iter()
             .filter(|(index, gain)| {
                 let candidate = &pool.causes[*index];
                 candidate.freedom() + MUCH <= own.freedom()
-                    && gain.nats > 0.8 * least
+                    && gain.nats > 0.8 * least(candidate.freedom())
                     && !others.iter().any(|other| other.candidate.source.is_kin(&candidate.source))
             })
             .take(2 * SHORT_LIST)
             .map(|(index, _)| refine(bench, &pool.causes[index], &fit))
-            .filter(|(_, gain)| gain.nats > least)
+            .filter(|(candidate, gain)| gain.nats > least(candidate.freedom()))
             .collect();
         let best =
             simpler.into_iter().min_by(|a, b| a.0.freedom().cmp(&b.0.freedom()).then(b.1.nats.total_cmp(&a.1.nats)));

@@ -3,7 +3,7 @@
 use super::context::{Context, filled};
 use super::definition::{Columns, Definition, Form, Kind};
 use super::id::Id;
-use super::{Free, amplitude, part, ratio, shown};
+use super::{Free, Positive, amplitude, part, ratio, shown};
 
 /// S1: the zero.
 pub(super) const FORCE_OFFSET: Definition = Definition {
@@ -240,7 +240,7 @@ pub(super) const FORCE_SATURATION: Definition = Definition {
         Form {
             name: "minimal",
             shape: &[ratio("limit_n", "N", 2.0, 2000.0, 14)],
-            amplitudes: &[part("part", 1.0)],
+            amplitudes: &[amplitude("part", "", Positive, 1.0)],
             columns: |context, shape| {
                 let limit = *shape.first()?;
                 plateau(context, limit)?;
@@ -252,7 +252,7 @@ pub(super) const FORCE_SATURATION: Definition = Definition {
         Form {
             name: "two-sided",
             shape: &[ratio("upper_n", "N", 2.0, 2000.0, 10), ratio("lower_n", "N", 2.0, 2000.0, 10)],
-            amplitudes: &[part("upper_part", 1.0), part("lower_part", 1.0)],
+            amplitudes: &[amplitude("upper_part", "", Positive, 1.0), amplitude("lower_part", "", Positive, 1.0)],
             columns: |context, shape| {
                 let (upper, lower) = (*shape.first()?, *shape.get(1)?);
                 let force = &context.steady.force_n;
