@@ -146,6 +146,8 @@ pub(crate) struct Bench<'a> {
     pub(crate) largest: f64,
     /// Whether the zero of the positions is that of this recording alone: a table over them would say nothing of the next.
     pub(crate) is_relative: bool,
+    /// Sizes at which the force channel of a run ends, N.
+    pub(crate) channel_ends_n: Vec<f64>,
     /// Time between two rows, s.
     pub(crate) step_s: f64,
 }
@@ -170,6 +172,7 @@ impl<'a> Bench<'a> {
             tangent: Vec::new(),
             largest: f64::INFINITY,
             is_relative: false,
+            channel_ends_n: Vec::new(),
             step_s: contexts.iter().map(|c| c.run.step_s()).find(|step| *step > 0.0).unwrap_or(1.0),
         };
         let white = std::iter::once(mismatch).chain(tangent.iter().map(Vec::as_slice));

@@ -4,10 +4,9 @@ use simulation::Simulation;
 
 use crate::bench::{Bench, Member, Source};
 use crate::nominal::Nominal;
-use crate::rest::saturated;
 use crate::rows::Rows;
+use crate::saturation::Saturation;
 use crate::side::Side;
-use crate::story::Curve;
 
 /// Most steps of Gauss and Newton.
 const MOST_STEPS: usize = 6;
@@ -18,24 +17,33 @@ const LEARNT: usize = 2;
 /// Relative step that ends calibration.
 const ENOUGH: f64 = 2e-3;
 
+/// The law with its numbers moved.
+pub(crate) struct Calibrated<'a> {
+    pub(crate) values: Vec<f64>,
+    pub(crate) side: Side<'a>,
+    pub(crate) saturation: Saturation,
+    /// What no curve follows, row by row of all runs.
+    pub(crate) left: Vec<f64>,
+}
+
 /// The law alone, moved as far as its tolerance allows; everything else is linear around that point. Learns the noise
 /// on the way. Columns of mechanisms depend on the law, so that what follows from the runs is made anew where the
-/// simulation left numbers out. The last entry is what no curve follows.
+/// simulation left numbers out.
 pub(crate) fn calibrate<'a>(
     simulation: &Simulation,
     nominal: &Nominal,
     mut side: Side<'a>,
     rows: &mut Rows,
     training: &[bool],
-) -> Result<(Vec<f64>, Side<'a>, Vec<f64>), String> {
+) -> Result<Calibrated<'a>, String> {
     let mut values = nominal.start();
     let mut left = Vec::new();
+    let mut saturation = Saturation::new(rows, &side.contexts, training);
     for step in 0..MOST_STEPS {
         let mismatch = side.residual(nominal, &values)?;
         let tangent = side.tangent(nominal, &values)?;
         if step < LEARNT {
-            let curves = Curve::all(&side.contexts, training);
-            left = saturated(rows, &side.contexts, &mismatch, &tangent, &curves, &[]);
+            left = saturation.rest(rows, &side.contexts, &mismatch, &tangent, &[]);
             rows.learn(&left);
         }
         let bench = Bench::new(rows.clone(), &[], training.to_vec(), &mismatch, tangent, prior(nominal, &values));
@@ -45,6 +53,7 @@ pub(crate) fn calibrate<'a>(
         values = next;
         if step == 0 && nominal.is_incomplete() {
             side = side.again(simulation, nominal, &values)?;
+            saturation = Saturation::new(rows, &side.contexts, training);
         }
         if step + 1 >= LEARNT && way < ENOUGH {
             break;
@@ -52,8 +61,9 @@ pub(crate) fn calibrate<'a>(
     }
     if nominal.is_incomplete() {
         side = side.again(simulation, nominal, &values)?;
+        saturation = Saturation::new(rows, &side.contexts, training);
     }
-    Ok((values, side, left))
+    Ok(Calibrated { values, side, saturation, left })
 }
 
 /// Values of a law that holds its tolerance for a guess: where the search starts if calibration ran into a limit.

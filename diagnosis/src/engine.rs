@@ -5,7 +5,8 @@ use simulation::motion::Motion;
 use simulation::run::Run;
 
 use crate::answer;
-use crate::calibration::{calibrate, unbound};
+use crate::calibration::{Calibrated, calibrate, unbound};
+use crate::condense::{condensed, factor};
 use crate::events::spots;
 use crate::nominal::Nominal;
 use crate::passes;
@@ -78,14 +79,25 @@ fn attempt(
         return Err("no run to diagnose".to_owned());
     }
     let nominal = Nominal::new(simulation);
+    for run in runs {
+        if let Some(reason) = sanity::channels(run, quality) {
+            return Err(reason);
+        }
+    }
+    let channel_ends_n = sanity::channel_ends(runs);
+    let together = factor(runs);
+    let (fewer, fewer_held) = (shorter(runs, together), shorter(holdout, together));
+    let (runs, holdout) = (fewer.as_deref().unwrap_or(runs), fewer_held.as_deref().unwrap_or(holdout));
     let motions: Vec<Motion> = runs.iter().map(Motion::of).collect();
     for (run, motion) in runs.iter().zip(&motions) {
-        if let Some(reason) = sanity::channels(run, motion, quality) {
+        if let Some(reason) = sanity::moves(run, motion, quality) {
             return Err(reason);
         }
     }
     let smooth = smoothed(runs, &motions);
-    let side = Side::new(simulation, &nominal, &nominal.start(), (runs, &motions, &smooth), quality)?;
+    let mut side = Side::new(simulation, &nominal, &nominal.start(), (runs, &motions, &smooth), quality)?;
+    side.channel_ends_n = channel_ends_n;
+    quality.count_averages(together);
     if quality.used < sanity::FEWEST_ROWS {
         return Err(format!(
             "{} of {} rows can be compared; at least {} are needed: the carriage hardly moves, or the law lacks an input",
@@ -102,27 +114,35 @@ fn attempt(
     if rows.len() < sanity::FEWEST_ROWS {
         return Err(format!("only {} rows are left beside those set aside", rows.len()));
     }
-    let (mut law_only, mut side, mut left) = calibrate(simulation, &nominal, side, &mut rows, &training)?;
+    let mut calibrated = calibrate(simulation, &nominal, side, &mut rows, &training)?;
     let mut training = training;
-    let spots = spots(&side, &training, &side.residual(&nominal, &law_only)?, &left);
+    let residual = calibrated.side.residual(&nominal, &calibrated.values)?;
+    let spots = spots(&calibrated.side, &training, &residual, &calibrated.left);
     if let Some(spots) = &spots {
         // the search has nothing to say of them, and they would draw it to whatever brakes
         for (training, spot) in training.iter_mut().zip(&spots.rows) {
             *training &= !spot;
         }
         rows = Rows::new(runs, &training, coarsest);
-        (law_only, side, left) = calibrate(simulation, &nominal, side, &mut rows, &training)?;
+        calibrated = calibrate(simulation, &nominal, calibrated.side, &mut rows, &training)?;
     }
-    ringing::unmask(&nominal, &side, &law_only, &training, &left, &mut rows)?;
+    ringing::unmask(&nominal, &calibrated, &training, &mut rows)?;
+    let Calibrated { values: law_only, side, saturation, .. } = calibrated;
     let start = unbound(&nominal, &side, &rows, &training, &law_only)?;
     let mut kept = None;
-    let mut found = passes::run(simulation, &nominal, &side, rows.clone(), &training, &start, &mut kept)?;
+    let scene = (&side, &saturation);
+    let mut found = passes::run(simulation, &nominal, scene, rows.clone(), &training, &start, &mut kept)?;
     // a law that is off is accepted as such only if nothing else is needed; else it has imitated what is missing
     if start != law_only && !found.is_shift_only() {
-        found = passes::run(simulation, &nominal, &side, rows, &training, &law_only, &mut kept)?;
+        found = passes::run(simulation, &nominal, scene, rows, &training, &law_only, &mut kept)?;
     }
     let proof = scores::score(simulation, &nominal, &side, holdout, &split, coarsest, &law_only, &found, options)?;
     let (diagnosis, augmented) =
         answer::write(simulation, &nominal, &side, &training, (&found, spots.as_ref()), proof, quality)?;
     Ok(Outcome { diagnosis, augmented: Some(augmented) })
+}
+
+/// Averages of this many rows each; `None` where rows stay as they are.
+fn shorter(runs: &[Run], together: usize) -> Option<Vec<Run>> {
+    (together > 1).then(|| runs.iter().map(|run| condensed(run, together)).collect())
 }

@@ -140,7 +140,7 @@ impl Whitening {
             let reversed: Vec<f64> = phi.iter().rev().map(|phi| -phi * gain).collect();
             spare.extend(x.iter().skip(order).map(|x| x * gain));
             let filtered = spare.get_mut(order..).unwrap_or_default();
-            // tap by tap over all rows: rows do not wait for one another, and every sum keeps its order
+            // tap by tap over many rows: rows do not wait for one another, and every sum keeps its order
             pulp::Arch::new().dispatch(Taps { taps: &reversed, x, filtered });
         }
         cascade(&self.shelves, spare);
@@ -182,6 +182,9 @@ impl Whitening {
     }
 }
 
+/// Rows that stay in the fastest memory while every tap goes by.
+const PIECE: usize = 1024;
+
 /// Sums of taps times rows.
 struct Taps<'a> {
     taps: &'a [f64],
@@ -194,9 +197,11 @@ impl pulp::NullaryFnOnce for Taps<'_> {
 
     #[inline(always)]
     fn call(self) {
-        for (n, tap) in self.taps.iter().enumerate() {
-            for (sum, x) in self.filtered.iter_mut().zip(&self.x[n..]) {
-                *sum += tap * x;
+        for (start, piece) in (0..).step_by(PIECE).zip(self.filtered.chunks_mut(PIECE)) {
+            for (n, tap) in self.taps.iter().enumerate() {
+                for (sum, x) in piece.iter_mut().zip(&self.x[start + n..]) {
+                    *sum += tap * x;
+                }
             }
         }
     }

@@ -11,11 +11,11 @@ use crate::finding::id_of;
 use crate::nominal::Nominal;
 use crate::open_set;
 use crate::report::Considered;
-use crate::rest::{noise_rms, rms, saturated, whiteness};
+use crate::rest::{noise_rms, rms, whiteness};
 use crate::rows::Rows;
+use crate::saturation::Saturation;
 use crate::search::{Pool, Tolerances, search};
 use crate::side::Side;
-use crate::story::Curve;
 
 /// A cause whose force is smaller than this share of the noise is not worth a mention.
 const FLOOR_OF_NOISE: f64 = 0.05;
@@ -68,14 +68,13 @@ fn amplitudes(members: &[Member], fit: &Fit) -> Vec<Vec<f64>> {
 pub(crate) fn run<'s>(
     simulation: &Simulation,
     nominal: &Nominal,
-    side: &'s Side<'_>,
+    (side, saturation): (&'s Side<'_>, &Saturation),
     mut rows: Rows,
     training: &[bool],
     start: &[f64],
     kept: &mut Kept,
 ) -> Result<Found<'s>, String> {
     let drag_rms = rms(&rows.plain(&side.drag_n));
-    let curves = Curve::all(&side.contexts, training);
     let mut values = start.to_vec();
     for pass in 1.. {
         let mismatch = side.residual(nominal, &values)?;
@@ -90,12 +89,13 @@ pub(crate) fn run<'s>(
             prior(nominal, &values),
         );
         bench.is_relative = simulation.axis.position_reference == PositionReference::Relative;
+        bench.channel_ends_n.clone_from(&side.channel_ends_n);
         bench.largest = rows.white(&side.drag_n).iter().map(|x| f64::from(*x) * f64::from(*x)).sum();
         let mut pool = match kept.take().filter(|(of, _)| of.whiten_alike(&rows)) {
             Some((_, pool)) => pool.again(&bench, &tolerances),
-            None => Pool::new(&bench, &tolerances),
+            None => Pool::new(&bench, &tolerances, &saturation.curves),
         };
-        let noise = noise_rms(&rows, &saturated(&rows, &side.contexts, &mismatch, &tangent, &curves, &[]));
+        let noise = noise_rms(&rows, &saturation.rest(&rows, &side.contexts, &mismatch, &tangent, &[]));
         let floor_n = (simulation.tolerance.relevance * drag_rms).max(FLOOR_OF_NOISE * noise);
         let first = search(&mut bench, &mut pool, &tolerances, floor_n);
         let mut members = first.members;
@@ -105,7 +105,7 @@ pub(crate) fn run<'s>(
         for member in &members {
             extra.extend(bench.raw(&member.candidate.source).unwrap_or_default());
         }
-        let left = saturated(&rows, &side.contexts, &mismatch, &tangent, &curves, &extra);
+        let left = saturation.rest(&rows, &side.contexts, &mismatch, &tangent, &extra);
         let led = shifted(
             nominal,
             &moved(nominal, &values, &fit.values[..values.len()]),

@@ -180,3 +180,16 @@ pub struct DataQuality {
     /// What else.
     pub warnings: Vec<String>,
 }
+
+impl DataQuality {
+    /// Says that every row counted so far is the average of `together` rows.
+    pub(crate) fn count_averages(&mut self, together: usize) {
+        if together < 2 {
+            return;
+        }
+        self.samples *= together;
+        self.used *= together;
+        self.rejected.values_mut().for_each(|rows| *rows *= together);
+        self.warnings.push(format!("{together} rows averaged to one: what changes faster is not seen"));
+    }
+}

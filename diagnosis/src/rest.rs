@@ -1,58 +1,8 @@
-//! What is left: residuals of fits that explain all there is to explain, and their power.
+//! Power of what fits leave, and of what causes add.
 
-use simulation::mechanism::Context;
-
-use crate::bench::{Bench, Fit, Source, raw_columns};
-use crate::linear::{Cholesky, Symmetric, dot, products};
+use crate::bench::{Bench, Fit};
+use crate::linear::{Cholesky, Symmetric, dot};
 use crate::rows::Rows;
-use crate::story::Curve;
-
-/// Rows from which on a saturated fit is made of averages, and the rows of each.
-const MANY: usize = 20_000;
-const AVERAGED: usize = 4;
-
-/// What nothing explains: the residual of the law's tangent, every curve and `extra` together.
-pub(crate) fn saturated(
-    rows: &Rows,
-    contexts: &[Context<'_>],
-    mismatch: &[f64],
-    tangent: &[Vec<f64>],
-    curves: &[Curve],
-    extra: &[Vec<f64>],
-) -> Vec<f64> {
-    let mut columns: Vec<Vec<f64>> = tangent.to_vec();
-    columns.extend(extra.iter().cloned());
-    for curve in curves {
-        columns.extend(raw_columns(&Source::Story { curve: curve.clone() }, contexts).unwrap_or_default());
-    }
-    // what is the same linear relation in averages is cheaper there
-    let averaged = if rows.len() > MANY { AVERAGED } else { 1 };
-    let single = |column: &[f64]| -> Vec<f32> {
-        let plain = rows.plain(column);
-        plain.chunks(averaged).map(|chunk| (chunk.iter().sum::<f64>() / chunk.len() as f64) as f32).collect()
-    };
-    let plain: Vec<Vec<f32>> = columns.iter().map(|column| single(column)).collect();
-    let y = single(mismatch);
-    let mut a = Symmetric::zeros(columns.len());
-    let all: Vec<&[f32]> = plain.iter().map(Vec::as_slice).collect();
-    for (n, product) in products(&all, &all).into_iter().enumerate() {
-        a.set(n / all.len(), n % all.len(), product);
-    }
-    for i in 0..columns.len() {
-        // curves that overlap: a trace of ridge keeps what single precision leaves of their difference out
-        let ridge = 1e-6 * a.get(i, i);
-        a.add(i, i, ridge);
-    }
-    let b = products(&all, &[&y]);
-    let x = Cholesky::of(&a).solve(&b);
-    let mut residual = mismatch.to_vec();
-    for (column, x) in columns.iter().zip(x) {
-        for (residual, z) in residual.iter_mut().zip(column) {
-            *residual -= x * z;
-        }
-    }
-    residual
-}
 
 pub(crate) fn rms(x: &[f64]) -> f64 {
     (dot(x, x) / x.len().max(1) as f64).sqrt()

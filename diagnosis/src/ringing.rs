@@ -7,13 +7,10 @@
 use simulation::mechanism::{Id, definition};
 
 use crate::bench::{Bench, Source, raw_columns};
-use crate::calibration::prior;
+use crate::calibration::{Calibrated, prior};
 use crate::nominal::Nominal;
-use crate::rest::saturated;
 use crate::rows::Rows;
 use crate::search::{grid, refine};
-use crate::side::Side;
-use crate::story::Curve;
 
 /// Order of an autoregression that has room for the colour of friction, but hardly for a frequency.
 const SHORT: usize = 2;
@@ -24,15 +21,14 @@ const RINGS: f64 = 100.0;
 /// Most points of the grid over frequency and damping.
 const POINTS: usize = 30;
 
-/// Learns the noise anew where something rings. `left`: what no curve follows.
+/// Learns the noise anew where something rings.
 pub(crate) fn unmask(
     nominal: &Nominal,
-    side: &Side<'_>,
-    values: &[f64],
+    calibrated: &Calibrated<'_>,
     training: &[bool],
-    left: &[f64],
     rows: &mut Rows,
 ) -> Result<(), String> {
+    let Calibrated { values, side, saturation, left } = calibrated;
     let definition = definition(Id::StructuralResonance);
     let mut short = rows.clone();
     short.learn_up_to(left, SHORT);
@@ -53,7 +49,6 @@ pub(crate) fn unmask(
     let Some((_, candidate)) = best.filter(|(nats, _)| *nats > RINGS) else { return Ok(()) };
     let (candidate, _) = refine(&bench, &candidate, &law);
     let extra = raw_columns(&candidate.source, &side.contexts).unwrap_or_default();
-    let curves = Curve::all(&side.contexts, training);
-    rows.learn(&saturated(rows, &side.contexts, &mismatch, &tangent, &curves, &extra));
+    rows.learn(&saturation.rest(rows, &side.contexts, &mismatch, &tangent, &extra));
     Ok(())
 }

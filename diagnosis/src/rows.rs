@@ -33,8 +33,8 @@ struct Stretch {
     /// Part of the test profile, over all runs: one level of noise.
     group: usize,
     rows: Range<usize>,
-    /// Rows that are bridged, counted from the start of the stretch.
-    bridged: Vec<usize>,
+    /// Rows that are bridged, counted from the start of the stretch: never the first or the last.
+    bridged: Vec<Range<usize>>,
     keep: Vec<bool>,
 }
 
@@ -87,7 +87,7 @@ impl Rows {
                         .chunks(decimation)
                         .map(|chunk| chunk.len() == decimation && 2 * chunk.iter().filter(|c| **c).count() > decimation)
                         .collect();
-                    let bridged = (0..range.len()).filter(|n| !compared[range.start + n]).collect();
+                    let bridged = gaps(&compared[range.clone()]);
                     if keep.iter().filter(|keep| **keep).count() >= 8 {
                         rows.stretches.push(Stretch { run: index, group, rows: range, bridged, keep });
                     }
@@ -188,8 +188,8 @@ impl Rows {
             for (n, out) in out[from..from + stretch.rows.len()].iter_mut().enumerate() {
                 *out = x.get(n / self.decimation).copied().unwrap_or(0.0) / self.decimation as f64;
             }
-            for n in &stretch.bridged {
-                out[from + n] = 0.0;
+            for gap in &stretch.bridged {
+                out[from + gap.start..from + gap.end].fill(0.0);
             }
         }
         out
@@ -206,8 +206,8 @@ impl Rows {
                 let rows = k * self.decimation..((k + 1) * self.decimation).min(stretch.rows.len());
                 out[from + rows.start..from + rows.end].fill(weight / self.decimation as f64);
             }
-            for n in &stretch.bridged {
-                out[from + n] = 0.0;
+            for gap in &stretch.bridged {
+                out[from + gap.start..from + gap.end].fill(0.0);
             }
         }
         out
@@ -267,10 +267,9 @@ impl Rows {
     fn averaged(&self, stretch: &Stretch, column: &[f64]) -> Vec<f64> {
         let from = self.starts[stretch.run] + stretch.rows.start;
         let mut x = column[from..from + stretch.rows.len()].to_vec();
-        for n in &stretch.bridged {
-            x[*n] = f64::NAN;
+        for gap in &stretch.bridged {
+            bridge(&mut x, gap);
         }
-        bridge(&mut x);
         if self.decimation == 1 {
             return x;
         }
@@ -286,25 +285,25 @@ fn scale(x: &[f64]) -> f64 {
     if sigma > 0.0 { sigma } else { 1e-12 }
 }
 
-/// Straight lines across rows that are not finite.
-fn bridge(x: &mut [f64]) {
-    let mut last = None;
-    for n in 0..x.len() {
-        if !x[n].is_finite() {
-            continue;
-        }
-        if last.is_none_or(|last: usize| last + 1 < n) {
-            let from = last.map_or(x[n], |last| x[last]);
-            let start = last.map_or(0, |last| last + 1);
-            let length = (n + 1 - start) as f64;
-            for k in start..n {
-                x[k] = from + (x[n] - from) * (k + 1 - start) as f64 / length;
-            }
-        }
-        last = Some(n);
+/// A straight line across a gap within a column.
+fn bridge(x: &mut [f64], gap: &Range<usize>) {
+    let from = x[gap.start - 1];
+    let rise = (x[gap.end] - from) / (gap.len() + 1) as f64;
+    for (k, x) in x[gap.clone()].iter_mut().enumerate() {
+        *x = from + rise * (k + 1) as f64;
     }
-    let (start, value) = last.map_or((0, 0.0), |last| (last + 1, x[last]));
-    x[start..].fill(value);
+}
+
+/// Rows between compared ones that are not.
+fn gaps(compared: &[bool]) -> Vec<Range<usize>> {
+    let mut gaps: Vec<Range<usize>> = Vec::new();
+    for n in (0..compared.len()).filter(|n| !compared[*n]) {
+        match gaps.last_mut() {
+            Some(gap) if gap.end == n => gap.end += 1,
+            _ => gaps.push(n..n + 1),
+        }
+    }
+    gaps
 }
 
 /// Ranges of rows without more than `bridge` uncompared rows in a row.

@@ -78,8 +78,8 @@ fn blur_m_s(run: &Run, motion: &Motion) -> Vec<f64> {
 }
 
 /// Looks at the channels of one run. Lines are added to the warnings; a reason comes back if the run cannot be used.
-pub(crate) fn channels(run: &Run, motion: &Motion, quality: &mut DataQuality) -> Option<String> {
-    let name = |text: String| if run.name.is_empty() { text } else { format!("{}: {text}", run.name) };
+pub(crate) fn channels(run: &Run, quality: &mut DataQuality) -> Option<String> {
+    let name = |text: String| named(run, text);
     let force = &run.drag_force_n;
     let (low, high) = extremes(force);
     if run.len() < FEWEST_ROWS {
@@ -87,9 +87,6 @@ pub(crate) fn channels(run: &Run, motion: &Motion, quality: &mut DataQuality) ->
     }
     if !(high > low) {
         return Some(name("the force never changes: the channel is stuck or not connected".to_owned()));
-    }
-    if let Some(reason) = unit(run, motion) {
-        return Some(name(reason));
     }
     if let Some(share) = at_rails(force, low, high) {
         quality.warnings.push(name(format!(
@@ -107,16 +104,6 @@ pub(crate) fn channels(run: &Run, motion: &Motion, quality: &mut DataQuality) ->
             quality.warnings.push(name(format!("the force comes in steps of {step:.3e} N")));
         }
     }
-    let (mut power, mut size) = (0.0, 0.0);
-    for (force, velocity) in force.iter().zip(&motion.velocity_m_s) {
-        power += force * velocity;
-        size += (force * velocity).abs();
-    }
-    if power < -0.2 * size {
-        quality
-            .warnings
-            .push(name("the force brakes nowhere: it points along the motion; is its sign reversed?".to_owned()));
-    }
     let step = run.step_s();
     let late = run
         .parts
@@ -128,6 +115,27 @@ pub(crate) fn channels(run: &Run, motion: &Motion, quality: &mut DataQuality) ->
         quality.warnings.push(name(format!("{late} sampling intervals differ from the median by more than 20 %")));
     }
     None
+}
+
+/// Looks at how force and motion go together, as [`channels`] does at each alone.
+pub(crate) fn moves(run: &Run, motion: &Motion, quality: &mut DataQuality) -> Option<String> {
+    if let Some(reason) = unit(run, motion) {
+        return Some(named(run, reason));
+    }
+    let (mut power, mut size) = (0.0, 0.0);
+    for (force, velocity) in run.drag_force_n.iter().zip(&motion.velocity_m_s) {
+        power += force * velocity;
+        size += (force * velocity).abs();
+    }
+    if power < -0.2 * size {
+        let text = "the force brakes nowhere: it points along the motion; is its sign reversed?";
+        quality.warnings.push(named(run, text.to_owned()));
+    }
+    None
+}
+
+fn named(run: &Run, text: String) -> String {
+    if run.name.is_empty() { text } else { format!("{}: {text}", run.name) }
 }
 
 fn extremes(x: &[f64]) -> (f64, f64) {
@@ -153,8 +161,16 @@ fn at_rails(x: &[f64], low: f64, high: f64) -> Option<f64> {
         .max_by(f64::total_cmp)
 }
 
+/// Sizes of the force at which the channel of some run ends, N.
+pub(crate) fn channel_ends(runs: &[Run]) -> Vec<f64> {
+    let mut ends: Vec<f64> = runs.iter().filter_map(|run| channel_end(&run.drag_force_n)).collect();
+    ends.sort_unstable_by(f64::total_cmp);
+    ends.dedup_by(|b, a| *b - *a < 1e-3 * *a);
+    ends
+}
+
 /// Size of the force at which its channel ends: more rows lie at exactly that value than beside it.
-pub(crate) fn channel_end(x: &[f64]) -> Option<f64> {
+fn channel_end(x: &[f64]) -> Option<f64> {
     let (low, high) = extremes(x);
     let step = quantum(x).unwrap_or(0.0);
     let width = 0.002 * (high - low) + step;

@@ -11,8 +11,7 @@ use crate::bench::{Bench, Candidate, Fit, Gain, Member, Source};
 use crate::linear::dot;
 use crate::locks::Locks;
 use crate::nominal::Nominal;
-use crate::sanity::channel_end;
-use crate::spectrum::{Left, is_wave, span, tried};
+use crate::spectrum::{Left, Waves, is_wave, span, tried};
 use crate::story::Curve;
 
 /// Most causes that act together.
@@ -70,15 +69,16 @@ pub(crate) struct Pool {
     waves: Vec<&'static Definition>,
     /// Stroke over which waves are seen, m.
     span_m: f64,
+    /// What the search for their lengths takes from runs and noise alone, by cause and form.
+    spectra: Vec<(Id, usize, Waves)>,
     /// Causes all of whose forms are here.
     whole: Vec<Id>,
 }
 
 impl Pool {
-    pub(crate) fn new(bench: &Bench<'_>, tolerances: &Tolerances<'_>) -> Self {
+    pub(crate) fn new(bench: &Bench<'_>, tolerances: &Tolerances<'_>, curves: &[Curve]) -> Self {
         let mut causes = Vec::new();
         let mut kinds = 0;
-        let limits = limits(bench);
         let ends = span(bench);
         let (mut waves, span_m) = (Vec::new(), (ends.1 - ends.0).max(0.0));
         for definition in library() {
@@ -90,7 +90,7 @@ impl Pool {
             }
             let shapes = match definition.id {
                 // what the channel itself shows is no matter of a fit
-                Id::ForceSaturation => limits.iter().map(|limit| vec![*limit]).collect(),
+                Id::ForceSaturation => bench.channel_ends_n.iter().map(|limit| vec![*limit]).collect(),
                 _ => definition.forms.first().map(|form| grid(form, MOST_POINTS, ends)).unwrap_or_default(),
             };
             for shape in shapes {
@@ -103,11 +103,9 @@ impl Pool {
         }
         causes.extend(shifts(bench, tolerances));
         kinds += tolerances.nominal.parameters.iter().filter(|parameter| parameter.sigma.is_some()).count();
-        let stories: Vec<Candidate> = Curve::all(bench.contexts, &bench.compared)
-            .into_iter()
-            .filter_map(|curve| bench.candidate(Source::Story { curve }))
-            .collect();
-        Pool { causes, stories, kinds, waves, span_m, whole: Vec::new() }
+        let story = |curve: &Curve| bench.candidate(Source::Story { curve: curve.clone() });
+        let stories: Vec<Candidate> = curves.iter().filter_map(story).collect();
+        Pool { causes, stories, kinds, waves, span_m, spectra: Vec::new(), whole: Vec::new() }
     }
 
     /// The same for another bench of the same runs and the same noise: columns stay, the law is another.
@@ -197,7 +195,14 @@ impl Pool {
     /// which a sensor may imitate; those of this one are added.
     fn tune(&mut self, bench: &Bench<'_>, left: &Left, definition: &'static Definition, seen: &mut Vec<f64>) {
         let waves: Vec<usize> = (0..definition.forms.len()).filter(|form| is_wave(&definition.forms[*form])).collect();
-        let own: Vec<f64> = waves.iter().flat_map(|form| left.peaks(bench, definition, *form)).collect();
+        let mut own = Vec::new();
+        for form in &waves {
+            let known = |(id, of, _): &(Id, usize, Waves)| *id == definition.id && of == form;
+            if !self.spectra.iter().any(known) {
+                self.spectra.push((definition.id, *form, Waves::of(bench, left, definition, *form)));
+            }
+            own.extend(self.spectra.iter().filter(|of| known(of)).flat_map(|(.., waves)| left.peaks(bench, waves)));
+        }
         seen.extend(&own);
         let peaks = if definition.kind == Kind::Sensor { seen.clone() } else { own };
         for form in waves {
@@ -239,14 +244,6 @@ fn shifts(bench: &Bench<'_>, tolerances: &Tolerances<'_>) -> Vec<Candidate> {
         .filter(|(_, what)| what.sigma.is_some())
         .filter_map(|(parameter, _)| bench.candidate(Source::Shift { parameter }))
         .collect()
-}
-
-/// Sizes at which the force of a run stays as it is: the ends of its channel.
-fn limits(bench: &Bench<'_>) -> Vec<f64> {
-    let mut limits: Vec<f64> = bench.contexts.iter().filter_map(|c| channel_end(&c.run.drag_force_n)).collect();
-    limits.sort_unstable_by(f64::total_cmp);
-    limits.dedup_by(|b, a| *b - *a < 1e-3 * *a);
-    limits
 }
 
 /// Grid over the shape parameters of a form.

@@ -22,6 +22,8 @@ pub(crate) struct Side<'a> {
     /// Force that the simulation file's own mechanisms add, N.
     pub(crate) own_mechanisms_n: Vec<f64>,
     pub(crate) drag_n: Vec<f64>,
+    /// Sizes at which the force channel of a run ends, N, as far as it shows them.
+    pub(crate) channel_ends_n: Vec<f64>,
 }
 
 impl<'a> Side<'a> {
@@ -41,6 +43,7 @@ impl<'a> Side<'a> {
             compared: Vec::new(),
             own_mechanisms_n: Vec::new(),
             drag_n: Vec::new(),
+            channel_ends_n: Vec::new(),
         };
         let complete = nominal.completed(values);
         for (run, motion) in runs.iter().zip(smooth) {
@@ -85,7 +88,8 @@ impl<'a> Side<'a> {
                 .tangent(values, run, motion, &force, &context.steady.direction)
                 .map_err(|why| said(run, &why))?;
             for (column, own) in columns.iter_mut().zip(own) {
-                column.extend(own);
+                // where the law has no slope, nothing can be said of its number
+                column.extend(own.into_iter().map(|x| if x.is_finite() { x } else { 0.0 }));
             }
         }
         Ok(columns)
@@ -93,7 +97,9 @@ impl<'a> Side<'a> {
 
     /// The same where the law's numbers have other values.
     pub(crate) fn again(&self, simulation: &Simulation, nominal: &Nominal, values: &[f64]) -> Result<Self, String> {
-        Side::new(simulation, nominal, values, (self.runs, self.motions, self.smooth), &mut DataQuality::default())
+        let parts = (self.runs, self.motions, self.smooth);
+        let side = Side::new(simulation, nominal, values, parts, &mut DataQuality::default())?;
+        Ok(Side { channel_ends_n: self.channel_ends_n.clone(), ..side })
     }
 
     pub(crate) fn step_s(&self) -> f64 {

@@ -91,71 +91,113 @@ impl Left {
         self.response[at.min(RESPONSES - 1)]
     }
 
-    /// Wavelengths of a form that explain most of what is left, the best first.
-    pub(crate) fn peaks(&self, bench: &Bench<'_>, definition: &'static Definition, form: usize) -> Vec<f64> {
-        let shape = &definition.forms[form].shape[0];
-        let (low, high) = self.ends_m;
-        let span = high - low;
-        if !(span > 2.0 * shape.from) {
-            return Vec::new();
+    /// Wavelengths at which waves explain most of what is left, the best first.
+    pub(crate) fn peaks(&self, bench: &Bench<'_>, waves: &Waves) -> Vec<f64> {
+        let mut gains = vec![0.0; waves.last.saturating_sub(waves.first)];
+        for carrier in &waves.carriers {
+            let sums = self.gathered(bench, carrier, waves);
+            for (gain, (sum, size)) in gains.iter_mut().zip(sums[waves.first..].iter().zip(&carrier.sizes)) {
+                *gain += if *size > 0.0 { sum.norm_sqr() / size } else { 0.0 };
+            }
         }
-        // a wave without end: its cosine is the carrier
-        let endless = Source::Mechanism { definition, form, shape: vec![1e12] };
-        let Some(columns) = bench.raw(&endless) else { return Vec::new() };
-        // orders of one wave share its carrier
-        let mut carriers: Vec<Vec<f64>> = columns.into_iter().skip(1).step_by(2).collect();
-        carriers.dedup();
-        carriers.retain(|carrier| carrier.iter().any(|x| *x != 0.0));
-        if carriers.is_empty() {
-            return Vec::new();
-        }
-        let bins = (PER_WAVE * PADDED * span / shape.from).clamp(64.0, MOST_BINS as f64) as usize;
-        let bins = bins.next_power_of_two();
-        let length = PADDED * span;
-        let gathered: Vec<_> = carriers.iter().map(|carrier| self.gathered(bench, carrier, bins, length)).collect();
-        let gain = |k: usize| -> f64 {
-            let per_row = bench.step_s * k as f64 / length;
-            let of = |(sums, powers): &(Vec<Complex<f64>>, Vec<(f64, f64)>)| {
-                let size: f64 = powers.iter().map(|(speed, power)| power * self.response(speed * per_row)).sum();
-                if size > 0.0 { sums[k].norm_sqr() / size } else { 0.0 }
-            };
-            gathered.iter().map(of).sum()
-        };
-        let first = ((length / shape.to).ceil() as usize).max(1);
-        let last = ((length / shape.from) as usize).min(bins * 4 / 10);
-        let gains: Vec<f64> = (first..=last).map(gain).collect();
         let mut peaks: Vec<usize> = Vec::new();
         for _ in 0..PEAKS {
             let apart = |k: usize| peaks.iter().all(|peak| k.abs_diff(*peak) > 2 * PADDED as usize);
             let best = (0..gains.len()).filter(|k| apart(*k)).max_by(|a, b| gains[*a].total_cmp(&gains[*b]));
-            peaks.extend(best.filter(|k| gains[*k] > 1.0));
+            peaks.extend(best.filter(|k| gains[*k] > LEAST_GAIN));
         }
-        peaks.into_iter().map(|k| (length / (first + k) as f64).clamp(shape.from, shape.to)).collect()
+        peaks.into_iter().map(|k| waves.length(waves.first + k)).collect()
     }
 
-    /// Transform of the rest times the carrier over the place, and the power of the carrier at every speed, m/s.
-    fn gathered(
-        &self,
-        bench: &Bench<'_>,
-        carrier: &[f64],
-        bins: usize,
-        length: f64,
-    ) -> (Vec<Complex<f64>>, Vec<(f64, f64)>) {
-        let mut sums = vec![Complex::new(0.0, 0.0); bins];
+    /// Transform of the rest times the carrier over the place.
+    fn gathered(&self, bench: &Bench<'_>, carrier: &Carrier, waves: &Waves) -> Vec<Complex<f64>> {
+        let mut sums = vec![Complex::new(0.0, 0.0); waves.bins];
+        let per_m = waves.bins as f64 / waves.padded_m;
+        let positions = bench.contexts.iter().flat_map(|context| &context.motion.position_m);
+        for (row, x) in positions.enumerate().filter(|(row, x)| self.power[*row] > 0.0 && x.is_finite()) {
+            let bin = ((x - self.ends_m.0) * per_m) as usize;
+            sums[bin.min(waves.bins - 1)].re += self.rest[row] * carrier.column[row];
+        }
+        FftPlanner::new().plan_fft_forward(waves.bins).process(&mut sums);
+        sums
+    }
+}
+
+/// Squared rise that a peak must promise to be pointed out: half of what the cheapest wave costs.
+const LEAST_GAIN: f64 = 16.0;
+
+/// Waves of a form: what does not depend on the rest that they are to explain.
+pub(crate) struct Waves {
+    carriers: Vec<Carrier>,
+    bins: usize,
+    /// Length that the transform is taken over, m.
+    padded_m: f64,
+    /// Waves along that length, the least and one beyond the most.
+    first: usize,
+    last: usize,
+    /// Shortest and longest wave, m.
+    range_m: (f64, f64),
+}
+
+/// What is multiplied by a wave.
+struct Carrier {
+    /// One entry a row of all runs.
+    column: Vec<f64>,
+    /// Half the squared size that a wave of 1 has behind the noise filter, by number of waves from `first` on.
+    sizes: Vec<f64>,
+}
+
+impl Waves {
+    /// Those of a form; without carriers where the stroke is too short for them.
+    pub(crate) fn of(bench: &Bench<'_>, left: &Left, definition: &'static Definition, form: usize) -> Self {
+        let shape = &definition.forms[form].shape[0];
+        let span = left.ends_m.1 - left.ends_m.0;
+        let range_m = (shape.from, shape.to);
+        let mut waves = Waves { carriers: Vec::new(), bins: 0, padded_m: PADDED * span, first: 0, last: 0, range_m };
+        if !(span > 2.0 * shape.from) {
+            return waves;
+        }
+        // a wave without end: its cosine is the carrier
+        let endless = Source::Mechanism { definition, form, shape: vec![1e12] };
+        // orders of one wave share its carrier
+        let mut columns: Vec<Vec<f64>> =
+            bench.raw(&endless).unwrap_or_default().into_iter().skip(1).step_by(2).collect();
+        columns.dedup();
+        columns.retain(|carrier| carrier.iter().any(|x| *x != 0.0));
+        let bins = (PER_WAVE * PADDED * span / shape.from).clamp(64.0, MOST_BINS as f64) as usize;
+        waves.bins = bins.next_power_of_two();
+        waves.first = ((waves.padded_m / shape.to).ceil() as usize).max(1);
+        waves.last = ((waves.padded_m / shape.from) as usize).min(waves.bins * 4 / 10) + 1;
+        waves.carriers = columns
+            .into_iter()
+            .map(|column| {
+                let powers = left.powers(bench, &column);
+                let per_row = bench.step_s / waves.padded_m;
+                let size = |k: usize| {
+                    powers.iter().map(|(speed, power)| power * left.response(speed * per_row * k as f64)).sum()
+                };
+                Carrier { sizes: (waves.first..waves.last).map(size).collect(), column }
+            })
+            .collect();
+        waves
+    }
+
+    fn length(&self, k: usize) -> f64 {
+        (self.padded_m / k as f64).clamp(self.range_m.0, self.range_m.1)
+    }
+}
+
+impl Left {
+    /// Power of a carrier at every speed, m/s.
+    fn powers(&self, bench: &Bench<'_>, carrier: &[f64]) -> Vec<(f64, f64)> {
         let mut powers: Vec<(f64, f64)> =
             (0..SPEEDS).map(|n| (SLOWEST * ((n as f64 + 0.5) / PER_OCTAVE).exp2(), 0.0)).collect();
-        let motions = bench.contexts.iter().flat_map(|c| c.motion.position_m.iter().zip(&c.motion.velocity_m_s));
-        for (row, (x, v)) in motions.enumerate() {
-            if !(self.power[row] > 0.0 && x.is_finite()) {
-                continue;
-            }
-            let bin = ((x - self.ends_m.0) / length * bins as f64) as usize;
-            sums[bin.min(bins - 1)].re += self.rest[row] * carrier[row];
+        let speeds = bench.contexts.iter().flat_map(|context| &context.motion.velocity_m_s);
+        for (row, v) in speeds.enumerate().filter(|(row, _)| self.power[*row] > 0.0) {
             let speed = ((v.abs() / SLOWEST).max(1.0).log2() * PER_OCTAVE) as usize;
             powers[speed.min(SPEEDS - 1)].1 += carrier[row] * carrier[row] * self.power[row];
         }
         powers.retain(|(_, power)| *power > 0.0);
-        FftPlanner::new().plan_fft_forward(bins).process(&mut sums);
-        (sums, powers)
+        powers
     }
 }

@@ -202,42 +202,64 @@ impl Curve {
     pub(crate) fn columns(&self, context: &Context<'_>) -> Vec<Vec<f64>> {
         let rows = context.run.len();
         if self.axis == Axis::Direction {
-            let drag = context.steady.drag_n.clone();
-            return vec![vec![1.0; rows], drag];
+            return vec![vec![1.0; rows], context.steady.drag_n.clone()];
         }
         let mut columns = vec![vec![0.0; rows]; self.knots.len()];
-        let Some(values) = self.axis.values(context) else { return columns };
-        for (n, value) in values.iter().enumerate() {
-            if !value.is_finite() {
-                continue;
+        self.each(context, |row, low, [below, above]| {
+            columns[low][row] = below;
+            columns[low + 1][row] = above;
+        });
+        if let Some(idle) = self.idle_knot() {
+            columns.remove(idle);
+        }
+        columns
+    }
+
+    /// Takes the curve with these heights, one a column, from a force over the rows of one run.
+    pub(crate) fn take_from(&self, context: &Context<'_>, heights: &[f64], force: &mut [f64]) {
+        if let (Axis::Direction, [even, drag]) = (self.axis, heights) {
+            for (force, own) in force.iter_mut().zip(&context.steady.drag_n) {
+                *force -= even + drag * own;
             }
+            return;
+        }
+        let mut heights = heights.to_vec();
+        if let Some(idle) = self.idle_knot() {
+            heights.insert(idle, 0.0);
+        }
+        self.each(context, |row, low, [below, above]| force[row] -= below * heights[low] + above * heights[low + 1]);
+    }
+
+    /// Number of columns.
+    pub(crate) fn len(&self) -> usize {
+        match self.axis {
+            Axis::Direction => 2,
+            _ => self.knots.len() - usize::from(self.idle_knot().is_some()),
+        }
+    }
+
+    /// Far from a reversal, and without a rest before, there is nothing left of either.
+    fn idle_knot(&self) -> Option<usize> {
+        match self.axis {
+            Axis::ReversalDistance => Some(self.knots.len() - 1),
+            Axis::Dwell => Some(0),
+            _ => None,
+        }
+    }
+
+    /// Of every row that shows the axis: the knot below, and how much of the carrier it and the one above have.
+    fn each(&self, context: &Context<'_>, mut of: impl FnMut(usize, usize, [f64; 2])) {
+        let Some(values) = self.axis.values(context) else { return };
+        let last = self.knots.len() - 2;
+        for (n, value) in values.iter().enumerate().filter(|(_, value)| value.is_finite()) {
             let carrier = match self.carrier {
                 Carrier::Even => 1.0,
                 Carrier::Odd => context.direction[n],
                 Carrier::Drag => context.direction[n] * context.steady.drag_n.get(n).copied().unwrap_or(0.0),
             };
-            let upper = self.knots.partition_point(|knot| knot <= value);
-            if upper == 0 {
-                columns[0][n] = carrier;
-            } else if upper == self.knots.len() {
-                columns[upper - 1][n] = carrier;
-            } else {
-                let (low, high) = (self.knots[upper - 1], self.knots[upper]);
-                let share = (value - low) / (high - low);
-                columns[upper - 1][n] = (1.0 - share) * carrier;
-                columns[upper][n] = share * carrier;
-            }
+            let low = self.knots.partition_point(|knot| knot <= value).saturating_sub(1).min(last);
+            let share = ((value - self.knots[low]) / (self.knots[low + 1] - self.knots[low])).clamp(0.0, 1.0);
+            of(n, low, [(1.0 - share) * carrier, share * carrier]);
         }
-        // far from a reversal, and without a rest before, there is nothing left of either
-        match self.axis {
-            Axis::ReversalDistance => {
-                columns.pop();
-            }
-            Axis::Dwell => {
-                columns.remove(0);
-            }
-            _ => {}
-        }
-        columns
     }
 }
