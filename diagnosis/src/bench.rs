@@ -15,6 +15,9 @@ use crate::story::Curve;
 /// idealisation, and a longer one that follows the truth a little closer is no better a name.
 const EARNED: f64 = 2e-3;
 
+/// Columns that are whitened in one go.
+const AT_ONCE: usize = 8;
+
 /// Candidates that are multiplied in one go.
 const TOGETHER: usize = 128;
 
@@ -175,9 +178,8 @@ impl<'a> Bench<'a> {
             channel_ends_n: Vec::new(),
             step_s: contexts.iter().map(|c| c.run.step_s()).find(|step| *step > 0.0).unwrap_or(1.0),
         };
-        let white = std::iter::once(mismatch).chain(tangent.iter().map(Vec::as_slice));
-        let white = white.map(|column| bench.rows.white(column)).collect();
-        bench.push(white);
+        let raw: Vec<&[f64]> = std::iter::once(mismatch).chain(tangent.iter().map(Vec::as_slice)).collect();
+        bench.push(bench.rows.white_all(&raw));
         bench.tangent = tangent;
         bench
     }
@@ -292,10 +294,37 @@ impl<'a> Bench<'a> {
 
     /// Whitens a source.
     pub(crate) fn candidate(&self, source: Source) -> Option<Candidate> {
-        let columns: Vec<Vec<f32>> = match &source {
-            Source::Shift { parameter } => vec![self.base[parameter + 1].clone()],
-            _ => self.raw(&source)?.iter().map(|column| self.rows.white(column)).collect(),
-        };
+        self.candidates([source]).pop()
+    }
+
+    /// Whitens many; those that no run shows are left out.
+    pub(crate) fn candidates(&self, sources: impl IntoIterator<Item = Source>) -> Vec<Candidate> {
+        let mut candidates = Vec::new();
+        let mut waiting: Vec<(Source, Vec<Vec<f64>>)> = Vec::new();
+        for source in sources {
+            if let Source::Shift { parameter } = source {
+                candidates.extend(self.of_white(source, vec![self.base[parameter + 1].clone()]));
+                continue;
+            }
+            let Some(raw) = self.raw(&source) else { continue };
+            waiting.push((source, raw));
+            if waiting.iter().map(|(_, raw)| raw.len()).sum::<usize>() >= AT_ONCE {
+                self.whiten(&mut waiting, &mut candidates);
+            }
+        }
+        self.whiten(&mut waiting, &mut candidates);
+        candidates
+    }
+
+    fn whiten(&self, waiting: &mut Vec<(Source, Vec<Vec<f64>>)>, candidates: &mut Vec<Candidate>) {
+        let raw: Vec<&[f64]> = waiting.iter().flat_map(|(_, raw)| raw).map(Vec::as_slice).collect();
+        let mut white = self.rows.white_all(&raw).into_iter();
+        for (source, raw) in waiting.drain(..) {
+            candidates.extend(self.of_white(source, white.by_ref().take(raw.len()).collect()));
+        }
+    }
+
+    fn of_white(&self, source: Source, columns: Vec<Vec<f32>>) -> Option<Candidate> {
         let mut own = Symmetric::zeros(columns.len());
         let all: Vec<&[f32]> = columns.iter().map(Vec::as_slice).collect();
         for (n, product) in products(&all, &all).into_iter().enumerate() {

@@ -66,25 +66,45 @@ impl Shelf {
     }
 }
 
-/// Shelves one behind the other, as if the first row had lasted for ever before it. Row by row through all of them: a row
-/// waits for the one before in every shelf, but the shelves do not wait for one another.
-fn cascade(shelves: &[Shelf], x: &mut [f64]) {
-    let Some(first) = x.first() else { return };
-    let mut states = [(Shelf { b: [0.0; 2], a: 0.0, at_rest: 0.0 }, 0.0, 0.0); MOST_SHELVES];
-    let mut input = *first;
-    for ((own, before, out), shelf) in states.iter_mut().zip(shelves) {
-        (*own, *before, *out) = (*shelf, input, input * shelf.at_rest);
-        input = shelf.b[0] * input + shelf.b[1] * *before - shelf.a * *out;
-    }
-    let states = &mut states[..shelves.len().min(MOST_SHELVES)];
-    for x in x {
-        let mut signal = *x;
-        for (shelf, before, out) in states.iter_mut() {
-            let next = shelf.b[0] * signal + shelf.b[1] * *before - shelf.a * *out;
-            (*before, *out) = (signal, next);
-            signal = next;
+/// Columns that go through the shelves side by side.
+const ABREAST: usize = 8;
+
+/// Shelves one behind the other over rows of `N` columns, as if the first row had lasted for ever before it. Row by row
+/// through all of them: a row waits for the one before in every shelf, but neither shelves nor columns wait for one
+/// another.
+struct Cascade<'a, const N: usize> {
+    shelves: &'a [Shelf],
+    rows: &'a mut [[f64; N]],
+}
+
+impl<const N: usize> pulp::NullaryFnOnce for Cascade<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Some(first) = self.rows.first() else { return };
+        let nothing = Shelf { b: [0.0; 2], a: 0.0, at_rest: 0.0 };
+        let mut states = [(nothing, [0.0; N], [0.0; N]); MOST_SHELVES];
+        let mut input = *first;
+        for ((own, before, out), shelf) in states.iter_mut().zip(self.shelves) {
+            (*own, *before, *out) = (*shelf, input, input.map(|x| x * shelf.at_rest));
+            for k in 0..N {
+                input[k] = shelf.b[0] * input[k] + shelf.b[1] * before[k] - shelf.a * out[k];
+            }
         }
-        *x = signal;
+        let states = &mut states[..self.shelves.len().min(MOST_SHELVES)];
+        for row in self.rows {
+            let mut signal = *row;
+            for (shelf, before, out) in states.iter_mut() {
+                let mut next = [0.0; N];
+                for k in 0..N {
+                    next[k] = shelf.b[0] * signal[k] + shelf.b[1] * before[k] - shelf.a * out[k];
+                }
+                (*before, *out) = (signal, next);
+                signal = next;
+            }
+            *row = signal;
+        }
     }
 }
 
@@ -124,8 +144,8 @@ impl Whitening {
         self.predictors.len() - 1
     }
 
-    /// Filters the rows of one stretch.
-    pub(crate) fn apply(&self, x: &mut Vec<f64>, spare: &mut Vec<f64>) {
+    /// What the predictors do not foresee of the rows of one stretch, over its σ.
+    fn predict(&self, x: &mut Vec<f64>, spare: &mut Vec<f64>) {
         spare.clear();
         let order = self.order();
         for n in 0..x.len().min(order) {
@@ -143,8 +163,40 @@ impl Whitening {
             // tap by tap over many rows: rows do not wait for one another, and every sum keeps its order
             pulp::Arch::new().dispatch(Taps { taps: &reversed, x, filtered });
         }
-        cascade(&self.shelves, spare);
         std::mem::swap(x, spare);
+    }
+
+    /// The same for the rows of one stretch of several columns.
+    pub(crate) fn apply_all(&self, columns: &mut [Vec<f64>], spare: &mut Vec<f64>) {
+        for x in columns.iter_mut() {
+            self.predict(x, spare);
+        }
+        if self.shelves.is_empty() {
+            return;
+        }
+        let mut rest = columns;
+        while !rest.is_empty() {
+            // fewer than half of the places are dearer than one by one
+            let abreast = if rest.len() > ABREAST / 2 { rest.len().min(ABREAST) } else { 1 };
+            let (some, others) = rest.split_at_mut(abreast);
+            if abreast == 1 {
+                self.through_shelves::<1>(some);
+            } else {
+                self.through_shelves::<ABREAST>(some);
+            }
+            rest = others;
+        }
+    }
+
+    fn through_shelves<const N: usize>(&self, columns: &mut [Vec<f64>]) {
+        let mut rows = vec![[0.0; N]; columns.first().map_or(0, Vec::len)];
+        for (k, column) in columns.iter().enumerate() {
+            rows.iter_mut().zip(column).for_each(|(row, x)| row[k] = *x);
+        }
+        pulp::Arch::new().dispatch(Cascade { shelves: &self.shelves, rows: &mut rows });
+        for (k, column) in columns.iter_mut().enumerate() {
+            rows.iter().zip(column).for_each(|(row, x)| *x = row[k]);
+        }
     }
 
     /// The transposed filter on the rows of one stretch.
@@ -176,8 +228,9 @@ impl Whitening {
     }
 
     fn applied(&self, x: &[f64]) -> Vec<f64> {
-        let (mut out, mut spare) = (x.to_vec(), Vec::new());
-        self.apply(&mut out, &mut spare);
+        let mut out = [x.to_vec()];
+        self.apply_all(&mut out, &mut Vec::new());
+        let [out] = out;
         out
     }
 }

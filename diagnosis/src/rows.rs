@@ -162,15 +162,24 @@ impl Rows {
 
     /// Compared rows of a column behind the noise filter: noise has the variance 1 there.
     pub(crate) fn white(&self, column: &[f64]) -> Vec<f32> {
-        let mut out = Vec::with_capacity(self.len());
+        self.white_all(&[column]).pop().unwrap_or_default()
+    }
+
+    /// The same for many, which is cheaper than one after the other.
+    pub(crate) fn white_all(&self, columns: &[&[f64]]) -> Vec<Vec<f32>> {
+        let mut out: Vec<Vec<f32>> = columns.iter().map(|_| Vec::with_capacity(self.len())).collect();
         let mut spare = Vec::new();
         for stretch in &self.stretches {
-            let mut x = self.averaged(stretch, column);
-            self.whitening.apply(&mut x, &mut spare);
-            out.extend(x.iter().zip(&stretch.keep).filter(|(_, keep)| **keep).map(|(x, _)| *x as f32));
+            let mut of_stretch: Vec<Vec<f64>> = columns.iter().map(|column| self.averaged(stretch, column)).collect();
+            self.whitening.apply_all(&mut of_stretch, &mut spare);
+            for (out, x) in out.iter_mut().zip(&of_stretch) {
+                out.extend(x.iter().zip(&stretch.keep).filter(|(_, keep)| **keep).map(|(x, _)| *x as f32));
+            }
         }
-        for (x, weight) in out.iter_mut().zip(&self.weights) {
-            *x *= weight;
+        for out in &mut out {
+            for (x, weight) in out.iter_mut().zip(&self.weights) {
+                *x *= weight;
+            }
         }
         out
     }

@@ -93,18 +93,15 @@ impl Pool {
                 Id::ForceSaturation => bench.channel_ends_n.iter().map(|limit| vec![*limit]).collect(),
                 _ => definition.forms.first().map(|form| grid(form, MOST_POINTS, ends)).unwrap_or_default(),
             };
-            for shape in shapes {
-                causes.extend(bench.candidate(Source::Mechanism { definition, form: 0, shape }));
-            }
-            for form in (1..definition.forms.len()).filter(|form| definition.forms[*form].shape.is_empty()) {
-                causes.extend(bench.candidate(Source::Mechanism { definition, form, shape: Vec::new() }));
-            }
+            let minimal = shapes.into_iter().map(|shape| Source::Mechanism { definition, form: 0, shape });
+            let shapeless = (1..definition.forms.len()).filter(|form| definition.forms[*form].shape.is_empty());
+            let richer = shapeless.map(|form| Source::Mechanism { definition, form, shape: Vec::new() });
+            causes.extend(bench.candidates(minimal.chain(richer)));
             kinds += usize::from(causes.len() > before);
         }
         causes.extend(shifts(bench, tolerances));
         kinds += tolerances.nominal.parameters.iter().filter(|parameter| parameter.sigma.is_some()).count();
-        let story = |curve: &Curve| bench.candidate(Source::Story { curve: curve.clone() });
-        let stories: Vec<Candidate> = curves.iter().filter_map(story).collect();
+        let stories = bench.candidates(curves.iter().map(|curve| Source::Story { curve: curve.clone() }));
         Pool { causes, stories, kinds, waves, span_m, spectra: Vec::new(), whole: Vec::new() }
     }
 
@@ -186,7 +183,7 @@ impl Pool {
             } else if form > 0 && !what.shape.is_empty() && !is_wave(what) && definition.id != Id::ForceSaturation {
                 let shapes = grid_around(what, MOST_POINTS_OF_RICHER, span(bench), &shared);
                 let source = |shape| Source::Mechanism { definition, form, shape };
-                self.causes.extend(shapes.into_iter().filter_map(|shape| bench.candidate(source(shape))));
+                self.causes.extend(bench.candidates(shapes.into_iter().map(source)));
             }
         }
     }
@@ -205,25 +202,26 @@ impl Pool {
         }
         seen.extend(&own);
         let peaks = if definition.kind == Kind::Sensor { seen.clone() } else { own };
+        let mut sources: Vec<Source> = Vec::new();
         for form in waves {
             for peak in &peaks {
                 // what repeats after a wave may be the second order of one twice as long
                 let lengths = if form > 0 { vec![*peak, 2.0 * peak] } else { vec![*peak] };
                 for length in lengths.into_iter().filter(|length| is_within(&definition.forms[form].shape[0], *length))
                 {
-                    let close = |candidate: &Candidate| match &candidate.source {
+                    let close = |source: &Source| match source {
                         Source::Mechanism { definition: d, form: f, shape } if d.id == definition.id && *f == form => {
                             (1.0 / shape[0] - 1.0 / length).abs() * self.span_m < 0.1
                         }
                         _ => false,
                     };
-                    if !self.causes.iter().any(close) {
-                        let source = Source::Mechanism { definition, form, shape: vec![length] };
-                        self.causes.extend(bench.candidate(source));
+                    if !self.causes.iter().map(|candidate| &candidate.source).chain(&sources).any(close) {
+                        sources.push(Source::Mechanism { definition, form, shape: vec![length] });
                     }
                 }
             }
         }
+        self.causes.extend(bench.candidates(sources));
     }
 
     /// Numbers that were tried for a cause.
