@@ -30,6 +30,9 @@ const ORDERS: f64 = 4.0;
 /// Numbers less that make a cause the simpler one.
 const MUCH: usize = 3;
 
+/// Most of a cause's own evidence that is given up for a simpler one.
+const MOST_LOST: f64 = 0.25;
+
 /// Numbers less for each of which such a share is given up.
 const MUCH_FOR_SHARE: usize = 5;
 
@@ -605,7 +608,8 @@ fn simplify(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>,
         let own_nats = bench.gain(&own, &fit).nats;
         // a table of 48 entries follows whatever there is: what it follows better than a cause with a shape is no evidence
         let least = |freedom: usize| {
-            own_nats - FURTHER * all * (own.freedom().saturating_sub(freedom) / MUCH_FOR_SHARE).max(1) as f64
+            let worthless = FURTHER * all * (own.freedom().saturating_sub(freedom) / MUCH_FOR_SHARE).max(1) as f64;
+            own_nats - worthless.min(MOST_LOST * own_nats)
         };
         let simpler: Vec<(Candidate, Gain)> = pool
             .ranked_causes(bench, &fit, tolerances)
