@@ -85,7 +85,11 @@ impl Scene<'_> {
     fn stages(&self, side: &Side<'_>, crosses: bool) -> Result<Stages, String> {
         let mut after = side.residual(self.nominal, &self.found.with_shifts)?;
         for at in 0..self.found.members.len() {
-            for (after, force) in after.iter_mut().zip(self.force(&side.contexts, at, crosses).unwrap_or_default()) {
+            let force = match self.force(&side.contexts, at, crosses) {
+                None if crosses => self.without_place(&side.contexts, at),
+                force => force,
+            };
+            for (after, force) in after.iter_mut().zip(force.unwrap_or_default()) {
                 *after -= force;
             }
         }
@@ -108,6 +112,21 @@ impl Scene<'_> {
             }
         }
         Some(force)
+    }
+
+    /// What can be said of a member where places are not those that taught: its mean in either direction.
+    fn without_place(&self, contexts: &[Context<'_>], at: usize) -> Option<Vec<f64>> {
+        let bench = &self.found.bench;
+        let taught = self.force(bench.contexts, at, false)?;
+        let directions = bench.contexts.iter().flat_map(|context| &context.direction);
+        let mut sums = [(0.0, 0.0); 2];
+        for ((force, direction), _) in taught.iter().zip(directions).zip(&bench.compared).filter(|(_, taught)| **taught) {
+            let (sum, rows) = &mut sums[usize::from(*direction > 0.0)];
+            *sum += force;
+            *rows += 1.0;
+        }
+        let means = sums.map(|(sum, rows)| if rows > 0.0 { sum / rows } else { 0.0 });
+        Some(contexts.iter().flat_map(|c| &c.direction).map(|direction| means[usize::from(*direction > 0.0)]).collect())
     }
 
     /// Whether the error would be larger without each member, everything else as it was found.
