@@ -190,22 +190,31 @@ impl Nominal {
     }
 
     /// Change of the force with each parameter, N per unit of the parameter.
+    ///
+    /// A mass acts on the `smooth` acceleration: the noise of a measured one is in the residual, too, and a column that
+    /// shared it would draw the mass down (an instrument, as in Janot, Vandanjon and Gautier 2014).
     pub(crate) fn tangent(
         &self,
         values: &[f64],
         run: &Run,
-        motion: &Motion,
+        (motion, smooth): (&Motion, &Motion),
         force: &[f64],
         direction: &[f64],
     ) -> Result<Vec<Vec<f64>>, Missing> {
         let mut columns = Vec::with_capacity(values.len());
         for (index, parameter) in self.parameters.iter().enumerate() {
-            if let Some(column) = free_column(parameter.which, direction, motion) {
+            if let Some(column) = free_column(parameter.which, direction, smooth) {
                 columns.push(column);
                 continue;
             }
             let mut moved = values.to_vec();
             moved[index] += STEP;
+            if parameter.which == Which::Mass && run.acceleration_m_s2.is_some() {
+                let force = self.force(values, run, smooth)?;
+                let other = self.force(&moved, run, smooth)?;
+                columns.push(other.iter().zip(&force).map(|(other, force)| (other - force) / STEP).collect());
+                continue;
+            }
             let other = self.force(&moved, run, motion)?;
             columns.push(other.iter().zip(force).map(|(other, force)| (other - force) / STEP).collect());
         }

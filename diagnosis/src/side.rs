@@ -82,8 +82,8 @@ impl<'a> Side<'a> {
 
     pub(crate) fn tangent(&self, nominal: &Nominal, values: &[f64]) -> Result<Vec<Vec<f64>>, String> {
         let mut columns = vec![Vec::with_capacity(self.drag_n.len()); values.len()];
-        for ((run, motion), context) in self.runs.iter().zip(self.motions).zip(&self.contexts) {
-            let force = nominal.force(values, run, motion).map_err(|why| said(run, &why))?;
+        for ((run, motion), context) in self.runs.iter().zip(self.motions.iter().zip(self.smooth)).zip(&self.contexts) {
+            let force = nominal.force(values, run, motion.0).map_err(|why| said(run, &why))?;
             let own = nominal
                 .tangent(values, run, motion, &force, &context.steady.direction)
                 .map_err(|why| said(run, &why))?;
