@@ -96,9 +96,14 @@ pub struct RawFrame {
 
 /// CRC over the identifier and all data but the CRC itself.
 fn crc(identifier: u16, data: &[u8; LENGTH]) -> u8 {
+    crc_of(identifier, &data[..CRC_AT])
+}
+
+/// CRC over the identifier and these bytes.
+pub(crate) fn crc_of(identifier: u16, bytes: &[u8]) -> u8 {
     let mut digest = CRC8.digest();
     digest.update(&identifier.to_le_bytes());
-    digest.update(&data[..CRC_AT]);
+    digest.update(bytes);
     digest.finalize()
 }
 

@@ -39,6 +39,8 @@
 extern crate std;
 
 mod alive;
+pub mod burst;
+mod checksum;
 pub mod estimate;
 pub mod fault;
 mod frame;
@@ -51,8 +53,10 @@ pub mod parameters;
 mod publisher;
 mod reject;
 pub mod ripple;
+pub mod service;
 
 pub use alive::Alive;
+pub use checksum::crc32;
 pub use estimate::EstimateMessage;
 pub use fault::FaultMessage;
 pub use frame::{Kind, NodeId, RawFrame};
