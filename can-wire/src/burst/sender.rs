@@ -10,7 +10,7 @@ use crate::Reject;
 use crate::checksum;
 use crate::frame::{NodeId, RawFrame};
 
-/// Without an answer for so long the oldest segment is sent again, ms.
+/// Without progress for so long the oldest segment is sent again, ms.
 const PROBE_MS: u32 = 100;
 
 /// Probes without an answer before a burst is given up: half a minute in which the bus took them.
@@ -48,7 +48,7 @@ pub struct Sender<const N: usize> {
     sent: usize,
     /// of these, to be sent again: bit i is the i-th oldest
     again: u64,
-    /// when something was heard or sent last, ms
+    /// when a segment was sent or arrived last, ms
     quiet_since_ms: u32,
     probes: u16,
 }
@@ -196,7 +196,11 @@ impl<const N: usize> Sender<N> {
         }
         self.release(ahead);
         self.again |= asking.missing & ((1 << self.sent) - 1);
-        (self.quiet_since_ms, self.probes) = (now_ms, 0);
+        self.probes = 0;
+        // an asking that gets on with nothing may come from a desk that does not know of the last segments
+        if ahead > 0 || self.again != 0 {
+            self.quiet_since_ms = now_ms;
+        }
         if self.state == State::Sending && self.ring.length() == 0 {
             self.state = State::Idle;
         }
