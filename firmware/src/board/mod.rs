@@ -13,8 +13,10 @@
 //! second ring. The processor takes no part in it, so force and position have one clock and no jitter.
 #![allow(unsafe_code, reason = "registers and fixed addresses; each block says why it is sound")]
 
-use can_wire::{ResetCause, parameters};
+use can_wire::{RawFrame, ResetCause, parameters};
+use cortex_m::peripheral::SCB;
 use embassy_stm32::Peri;
+use embassy_stm32::can::Frame;
 use embassy_stm32::dma::{Channel, ReadableRingBuffer, TransferOptions};
 use embassy_stm32::pac;
 use embassy_stm32::peripherals::{IWDG, TIM2, TIM3};
@@ -24,7 +26,10 @@ use embassy_stm32::timer::low_level::{CountingMode, MasterMode, RoundTo, Timer a
 use embassy_stm32::timer::qei::Qei;
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_time::{Instant, Timer};
-use firmware::ports::{CHANNELS, Clock, Interruption, SampleRun, SampleSource, Samples, Storage, Watchdog};
+use embedded_can::Id;
+use firmware::ports::{
+    CHANNELS, Clock, Interruption, Keep, KeepError, Kept, Restart, SampleRun, SampleSource, Samples, Storage, Watchdog,
+};
 use firmware::runners::supervise::WATCHDOG_US;
 use model_core::sample::{SAMPLE_HZ, SAMPLES_PER_BLOCK};
 use static_cell::ConstStaticCell;
@@ -42,16 +47,18 @@ compile_error!("choose one board: for the G474 add --no-default-features");
 #[cfg(not(any(feature = "board-f405", feature = "board-g474")))]
 compile_error!("choose a board: --features board-f405 or --features board-g474");
 
-pub(crate) use chip::{Bus, KIND};
+pub(crate) use chip::{Bus, Ears, KIND};
 
 /// Everything the runners are given.
 pub(crate) struct Board {
     pub(crate) sampler: Sampler,
     pub(crate) bus: Bus,
+    pub(crate) ears: Ears,
     pub(crate) watchdog: Dog,
     pub(crate) parameters: ParameterFlash,
     pub(crate) reset_cause: ResetCause,
     pub(crate) boot_count: u16,
+    pub(crate) unique: [u32; 3],
 }
 
 /// Brings the board up, with the watchdog running from here on. To be called once.
@@ -59,17 +66,38 @@ pub(crate) fn start() -> Board {
     // before anything else may clear the flags
     let reset_cause = chip::take_reset_cause();
     let boot_count = boots::count(reset_cause);
-    let (converter, links, bus, iwdg) = chip::start();
+    let (converter, links, (bus, ears), iwdg) = chip::start();
     let mut watchdog = IndependentWatchdog::new(iwdg, WATCHDOG_US);
     watchdog.unleash();
     Board {
         sampler: Sampler::new(converter, links),
         bus,
+        ears,
         watchdog: Dog(watchdog),
         parameters: ParameterFlash,
         reset_cause,
         boot_count,
+        unique: unique(),
     }
+}
+
+/// The chip's own identifier, lowest word first.
+fn unique() -> [u32; 3] {
+    let mut words = [0; 3];
+    for (word, bytes) in words.iter_mut().zip(embassy_stm32::uid::uid().as_chunks::<4>().0) {
+        *word = u32::from_le_bytes(*bytes);
+    }
+    words
+}
+
+/// Pause before the receiver is asked again while the bus is in error, µs.
+const IN_ERROR_US: u64 = 5_000;
+
+/// A frame as the runners take it: 11-bit identifier, eight bytes.
+fn whole(frame: &Frame) -> Option<RawFrame> {
+    let Id::Standard(id) = frame.id() else { return None };
+    let data = frame.data().try_into().ok().filter(|_| frame.header().len() == 8)?;
+    Some(RawFrame { id: id.as_raw(), data })
 }
 
 /// What the sampler is connected by.
@@ -180,6 +208,24 @@ impl Storage for ParameterFlash {
         // SAFETY: region PARAMS of memory.x: flash of both chips, readable byte by byte from reset to reset,
         // holding nothing of the image and written by nothing in it.
         unsafe { core::slice::from_raw_parts(start, parameters::MAX_SIZE) }
+    }
+}
+
+/// A block without a store: it says so and keeps nothing.
+pub(crate) struct NoStore;
+
+impl Keep for NoStore {
+    async fn save(&mut self, _: Kept, _: &[u8]) -> Result<(), KeepError> {
+        Err(KeepError::NoStore)
+    }
+}
+
+/// Reset by software.
+pub(crate) struct Reset;
+
+impl Restart for Reset {
+    fn restart(&mut self) {
+        SCB::sys_reset();
     }
 }
 

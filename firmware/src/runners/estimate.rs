@@ -1,11 +1,13 @@
 //! Runs the pipeline over the blocks, and says so when no blocks come.
 
 use can_wire::Publisher;
+use can_wire::service::Settings;
 use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::channel::Receiver;
 use embassy_sync::signal::Signal;
 use model_core::monitor::{Monitor, State};
+use model_core::params::Params;
 use model_core::ripple::Ripple;
 use model_core::sample::RawBlock;
 
@@ -36,8 +38,10 @@ pub struct Report {
 /// Owner of the alive counters of the estimate and motion frames. They go on, with reason `stale`, when no
 /// samples come, so that a receiver can tell a blind block from a dead one.
 pub struct Estimate<'a, M: RawMutex, C> {
-    /// The checked model.
-    pub monitor: &'a Monitor,
+    /// The checked model, as the parameter record has it.
+    pub monitor: Monitor,
+    /// What is set on the block; used from the next block on.
+    pub tuning: &'a Signal<M, Settings>,
     /// What samples change, some kilobytes.
     pub state: &'a mut State,
     /// Makes the frames.
@@ -55,15 +59,23 @@ pub struct Estimate<'a, M: RawMutex, C> {
 impl<M: RawMutex, C: Clock> Estimate<'_, M, C> {
     /// Estimates for ever.
     pub async fn run(mut self) -> ! {
-        let period_us = u64::from(self.monitor.params().publish_every_blocks) * BLOCK_US;
+        let of_record = *self.monitor.params();
+        let mut period_us = u64::from(of_record.publish_every_blocks) * BLOCK_US;
         let mut stale_at_us = self.clock.now_us() + STALE_AFTER_PERIODS * period_us;
         let mut newest = (0_u32, self.clock.now_us());
         loop {
+            if let Some(settings) = self.tuning.try_take()
+                && let Some(monitor) = tuned(&of_record, &settings)
+            {
+                self.monitor = monitor;
+                period_us = u64::from(monitor.params().publish_every_blocks) * BLOCK_US;
+                stale_at_us = self.clock.now_us() + STALE_AFTER_PERIODS * period_us;
+            }
             let wake_us = stale_at_us.min(self.clock.now_us() + REPORT_WITHIN_US / 2);
             match select(self.blocks.receive(), self.clock.sleep_until(wake_us)).await {
                 Either::First(block) => {
                     newest = (block.tick, self.clock.now_us());
-                    let frames = process_block(self.monitor, self.state, &mut self.publisher, &block);
+                    let frames = process_block(&self.monitor, self.state, &mut self.publisher, &block);
                     if let Some(frames) = frames {
                         stale_at_us = self.clock.now_us() + STALE_AFTER_PERIODS * period_us;
                         self.report(frames, true);
@@ -94,12 +106,21 @@ impl<M: RawMutex, C: Clock> Estimate<'_, M, C> {
     }
 }
 
+/// The model with what was set; `None` when that would make an illegal one, and then the model in use stays.
+fn tuned(of_record: &Params, settings: &Settings) -> Option<Monitor> {
+    let mut params = *of_record;
+    params.calibration.force.zero_code += f32::from(settings.zero_shift_sixteenths) / 16.0;
+    if let Some(blocks) = settings.publish_every_blocks {
+        params.publish_every_blocks = blocks;
+    }
+    params.build().ok()
+}
+
 #[cfg(test)]
 mod tests {
     use can_wire::{Message, NodeId, decode};
     use embassy_sync::blocking_mutex::raw::NoopRawMutex;
     use embassy_sync::channel::Channel;
-    use model_core::params::Params;
     use model_core::sample::{Reason, SAMPLES_PER_BLOCK};
 
     use super::*;
@@ -117,10 +138,12 @@ mod tests {
         let liveness = Liveness::new();
         let blocks = Channel::<NoopRawMutex, RawBlock, DEPTH>::new();
         let reports = Signal::<NoopRawMutex, Report>::new();
+        let tuning = Signal::new();
         let monitor = Params { publish_every_blocks: 10, ..Params::ZHOU_2023 }.build().unwrap();
         let mut state = State::new();
         let estimate = Estimate {
-            monitor: &monitor,
+            monitor,
+            tuning: &tuning,
             state: &mut state,
             publisher: Publisher::new(NodeId::FIRST),
             blocks: blocks.receiver(),
@@ -169,10 +192,12 @@ mod tests {
         let liveness = Liveness::new();
         let blocks = Channel::<NoopRawMutex, RawBlock, DEPTH>::new();
         let reports = Signal::<NoopRawMutex, Report>::new();
+        let tuning = Signal::new();
         let monitor = Params { publish_every_blocks: 1000, ..Params::ZHOU_2023 }.build().unwrap();
         let mut state = State::new();
         let estimate = Estimate {
-            monitor: &monitor,
+            monitor,
+            tuning: &tuning,
             state: &mut state,
             publisher: Publisher::new(NodeId::FIRST),
             blocks: blocks.receiver(),
@@ -182,15 +207,65 @@ mod tests {
         };
         liveness.report(Member::Acquire);
         liveness.report(Member::Publish);
+        liveness.report(Member::Serve);
         let mut heard_us = Vec::new();
         desk.run_watching(1_000_000, estimate.run(), || {
             if liveness.take_all() {
                 heard_us.push(desk.now_us());
                 liveness.report(Member::Acquire);
                 liveness.report(Member::Publish);
+                liveness.report(Member::Serve);
             }
         });
         assert!(heard_us.len() > 9);
         assert!(heard_us.windows(2).all(|w| w[1] - w[0] <= REPORT_WITHIN_US));
+    }
+    #[test]
+    fn what_is_set_holds_from_then_on() {
+        let desk = Desk::new();
+        let liveness = Liveness::new();
+        let blocks = Channel::<NoopRawMutex, RawBlock, DEPTH>::new();
+        let reports = Signal::<NoopRawMutex, Report>::new();
+        let tuning = Signal::new();
+        let monitor = Params { publish_every_blocks: 10, ..Params::ZHOU_2023 }.build().unwrap();
+        let mut state = State::new();
+        let estimate = Estimate {
+            monitor,
+            tuning: &tuning,
+            state: &mut state,
+            publisher: Publisher::new(NodeId::FIRST),
+            blocks: blocks.receiver(),
+            reports: &reports,
+            clock: &desk,
+            liveness: &liveness,
+        };
+        let feed = async {
+            for tick in 0..40 {
+                desk.sleep_until(u64::from(tick + 1) * BLOCK_US).await;
+                blocks.try_send(block(tick)).unwrap();
+                if tick == 21 {
+                    tuning.signal(Settings { publish_every_blocks: Some(2), ..Settings::DELIVERED });
+                }
+                if tick == 30 {
+                    // a zero beyond the converter's range makes no legal model: the one in use stays
+                    tuning.signal(Settings { zero_shift_sixteenths: i16::MAX, ..Settings::DELIVERED });
+                }
+            }
+        };
+        let mut times = Vec::new();
+        desk.run_watching(400_500, embassy_futures::join::join(feed, estimate.run()), || {
+            if reports.try_take().is_some() {
+                times.push(desk.now_us() / 1000);
+            }
+        });
+        assert_eq!(times, [100, 200, 240, 260, 280, 300, 320, 340, 360, 380, 400]);
+    }
+
+    #[test]
+    fn a_zero_that_was_taken_moves_the_zero_code() {
+        let settings = Settings { zero_shift_sixteenths: -24, ..Settings::DELIVERED };
+        let tuned = tuned(&Params::ZHOU_2023, &settings).unwrap();
+        let before = Params::ZHOU_2023.calibration.force.zero_code;
+        assert_eq!(tuned.params().calibration.force.zero_code, before - 1.5);
     }
 }

@@ -1,15 +1,19 @@
 //! Puts on the bus what the block knows, when it is due, and never waits for the bus.
 
-use can_wire::{Health, Kind, Publisher};
-use embassy_futures::select::{Either, select};
+use core::sync::atomic::Ordering;
+
+use can_wire::{Health, Kind, Publisher, RawFrame};
+use embassy_futures::select::{Either3, select3};
 use embassy_sync::blocking_mutex::raw::RawMutex;
+use embassy_sync::channel::Receiver;
 use embassy_sync::signal::Signal;
 use model_core::sample::Reasons;
 
+use crate::facts::Facts;
 use crate::liveness::{Liveness, Member, REPORT_WITHIN_US};
 use crate::log::{info, warning};
 use crate::outbox::Outbox;
-use crate::ports::{Clock, FrameSink};
+use crate::ports::{Clock, FrameSink, Offer};
 use crate::runners::estimate::Report;
 use crate::schedule::Every;
 
@@ -31,7 +35,11 @@ const LOG_US: u64 = 1_000_000;
 /// A controller without room is asked again after this time, µs: four frames at 500 kbit/s.
 const RETRY_US: u64 = 1_000;
 
-/// Reports in, frames on the bus.
+/// Frames of service and bursts that may wait.
+pub const OUTGOING: usize = 2;
+
+/// Reports in, frames on the bus; in between those of [`Serve`](crate::runners::serve::Serve), in their order and none
+/// of them displaced.
 ///
 /// Owner of the alive counters of the fault, ripple and heartbeat frames.
 pub struct Publish<'a, M: RawMutex, F, C> {
@@ -41,6 +49,10 @@ pub struct Publish<'a, M: RawMutex, F, C> {
     pub publisher: Publisher,
     /// Where reports come from.
     pub reports: &'a Signal<M, Report>,
+    /// Frames of service and bursts.
+    pub outgoing: Receiver<'a, M, RawFrame, OUTGOING>,
+    /// What others know and want to know.
+    pub facts: &'a Facts,
     /// What the heartbeat says; frames dropped and state are filled in here.
     pub health: Health,
     /// Travel per ball pass, m, for the ripple frame.
@@ -61,6 +73,8 @@ impl<M: RawMutex, F: FrameSink, C: Clock> Publish<'_, M, F, C> {
         let mut log = Every::new(LOG_US, start_us + LOG_US);
         let mut fault = FaultPlan::new(start_us);
         let mut newest: Option<Report> = None;
+        let mut serving: Option<RawFrame> = None;
+        let mut bus = BusWatch::default();
         loop {
             let now_us = self.clock.now_us();
             if heartbeat.is_due(now_us) {
@@ -70,7 +84,9 @@ impl<M: RawMutex, F: FrameSink, C: Clock> Publish<'_, M, F, C> {
             if let Some(report) = &newest {
                 let reasons = report.frames.known.reasons;
                 if fault.is_due(now_us, reasons) {
-                    outbox.put(Kind::Fault, self.publisher.fault(reasons, report.lost_blocks));
+                    let frame = self.publisher.fault(reasons, report.lost_blocks);
+                    self.facts.error_register.store(frame.data[2], Ordering::Relaxed);
+                    outbox.put(Kind::Fault, frame);
                 }
                 if ripple.is_due(now_us) {
                     outbox.put(Kind::Ripple, self.publisher.ripple(report.ripple, self.wavelength_m));
@@ -80,18 +96,57 @@ impl<M: RawMutex, F: FrameSink, C: Clock> Publish<'_, M, F, C> {
                 }
             }
             outbox.flush(&mut self.sink);
+            if let Some(frame) = &serving
+                && !self.sink.holds(frame.id)
+                && self.sink.offer(frame) == Offer::Taken
+            {
+                serving = None;
+            }
+            self.facts.bus_offs.set(bus.count(self.sink.is_off()));
+            self.facts.frames_dropped.set(outbox.dropped());
             self.liveness.report(Member::Publish);
 
-            let retry_us = if outbox.is_empty() { REPORT_WITHIN_US / 2 } else { RETRY_US };
+            // while the controller is busy it is looked at often: a bus-off lasts three milliseconds
+            let all_out = outbox.is_empty() && serving.is_none() && self.sink.is_idle();
+            let retry_us = if all_out { REPORT_WITHIN_US / 2 } else { RETRY_US };
             let wake_us = heartbeat.next_us().min(now_us + retry_us);
-            if let Either::First(report) = select(self.reports.wait(), self.clock.sleep_until(wake_us)).await {
-                outbox.put(Kind::Estimate, report.frames.estimate);
-                outbox.put(Kind::Motion, report.frames.motion);
-                // silence later on is what the estimate tells; going back to boot-up would look like a reset
-                self.health.operational |= report.fresh;
-                newest = Some(report);
+            let next = async {
+                match serving {
+                    None => self.outgoing.receive().await,
+                    Some(_) => core::future::pending().await,
+                }
+            };
+            match select3(self.reports.wait(), next, self.clock.sleep_until(wake_us)).await {
+                Either3::First(report) => {
+                    outbox.put(Kind::Estimate, report.frames.estimate);
+                    outbox.put(Kind::Motion, report.frames.motion);
+                    self.facts.lost_blocks.set(report.lost_blocks);
+                    // silence later on is what the estimate tells; going back to boot-up would look like a reset
+                    self.health.operational |= report.fresh;
+                    newest = Some(report);
+                }
+                Either3::Second(frame) => serving = Some(frame),
+                Either3::Third(()) => {}
             }
         }
+    }
+}
+
+/// Counts how often the controller has left the bus.
+#[derive(Clone, Copy, Debug, Default)]
+struct BusWatch {
+    off: bool,
+    count: u32,
+}
+
+impl BusWatch {
+    fn count(&mut self, off: bool) -> u32 {
+        if off && !self.off {
+            self.count = self.count.saturating_add(1);
+            warning!("bus-off, the {=u32}th", self.count);
+        }
+        self.off = off;
+        self.count
     }
 }
 
@@ -147,8 +202,9 @@ fn say(report: &Report, dropped: u32) {
 
 #[cfg(test)]
 mod tests {
-    use can_wire::{BoardKind, Message, NodeId, RawFrame, ResetCause, decode};
+    use can_wire::{BoardKind, Message, NodeId, ResetCause, decode};
     use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+    use embassy_sync::channel::Channel;
     use model_core::monitor::Monitor;
     use model_core::params::Params;
     use model_core::sample::{Estimate, Reason};
@@ -165,12 +221,16 @@ mod tests {
         desk: &'a Desk,
         bus: &'a Controller,
         reports: &'a Signal<NoopRawMutex, Report>,
+        outgoing: &'a Channel<NoopRawMutex, RawFrame, OUTGOING>,
+        facts: &'a Facts,
         liveness: &'a Liveness,
     ) -> Publish<'a, NoopRawMutex, &'a Controller, &'a Desk> {
         Publish {
             sink: bus,
             publisher: Publisher::new(NodeId::FIRST),
             reports,
+            outgoing: outgoing.receiver(),
+            facts,
             health: Health {
                 reset_cause: ResetCause::Pin,
                 board: BoardKind::Unknown,
@@ -214,10 +274,10 @@ mod tests {
     #[test]
     fn every_frame_has_its_rate() {
         let (desk, bus, liveness) = (Desk::new(), Controller::new(), Liveness::new());
-        let reports = Signal::new();
+        let (reports, outgoing, facts) = (Signal::new(), Channel::new(), Facts::new());
         let both = embassy_futures::join::join(
             feed(&desk, &reports, |_| vec![Reason::NoMotion]),
-            publish(&desk, &bus, &reports, &liveness).run(),
+            publish(&desk, &bus, &reports, &outgoing, &facts, &liveness).run(),
         );
         desk.run_watching(3_050_000, both, || bus.transmit(desk.now_us()));
         let every = |first: u64, step: usize| (first..=3050).step_by(step).collect::<Vec<_>>();
@@ -235,11 +295,11 @@ mod tests {
     #[test]
     fn a_change_of_reasons_is_told_at_once_but_flicker_is_not() {
         let (desk, bus, liveness) = (Desk::new(), Controller::new(), Liveness::new());
-        let reports = Signal::new();
+        let (reports, outgoing, facts) = (Signal::new(), Channel::new(), Facts::new());
         let reasons = |at_ms| if at_ms < 1300 { vec![Reason::NoMotion] } else { vec![] };
         let both = embassy_futures::join::join(
             feed(&desk, &reports, reasons),
-            publish(&desk, &bus, &reports, &liveness).run(),
+            publish(&desk, &bus, &reports, &outgoing, &facts, &liveness).run(),
         );
         desk.run_watching(1_950_000, both, || bus.transmit(desk.now_us()));
         assert_eq!(times(&bus, Kind::Fault), [100, 1000, 1300]);
@@ -255,15 +315,16 @@ mod tests {
     #[test]
     fn a_bus_that_nobody_acknowledges_costs_nothing_but_frames() {
         let (desk, bus, liveness) = (Desk::new(), Controller::new(), Liveness::new());
-        let reports = Signal::new();
+        let (reports, outgoing, facts) = (Signal::new(), Channel::new(), Facts::new());
         let both = embassy_futures::join::join(
             feed(&desk, &reports, |_| vec![]),
-            publish(&desk, &bus, &reports, &liveness).run(),
+            publish(&desk, &bus, &reports, &outgoing, &facts, &liveness).run(),
         );
         let mut silent_ms = 0;
         desk.run_watching(5_050_000, both, || {
             liveness.report(Member::Acquire);
             liveness.report(Member::Estimate);
+            liveness.report(Member::Serve);
             if liveness.take_all() {
                 silent_ms = desk.now_us() / 1000;
             }
