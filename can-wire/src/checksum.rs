@@ -11,6 +11,7 @@ pub fn crc32(bytes: &[u8]) -> u32 {
 }
 
 /// A CRC that grows.
+#[inline(never)]
 pub(crate) fn running(so_far: Option<u32>, bytes: &[u8]) -> u32 {
     let mut digest: Digest<'_, u32, NoTable> = match so_far {
         None => CRC32.digest(),

@@ -100,7 +100,8 @@ impl Packed {
         segments.get(..self.bits.div_ceil(8 * SEGMENT)).unwrap_or_default()
     }
 
-    /// Appends the lowest `width` bits, at most 16.
+    /// Appends the lowest `width` bits, at most 16. Not inlined: there would be thirty copies of it in the image.
+    #[inline(never)]
     fn put(&mut self, value: u16, width: u32) {
         let shifted = u32::from(value) << (self.bits % 8);
         let from = self.bits / 8;
@@ -118,6 +119,7 @@ impl Packed {
 }
 
 /// Packs a block.
+#[inline(never)]
 pub fn pack_block(block: &RawBlock) -> Packed {
     let mut packed = Packed::new();
     packed.put(0, 2);
@@ -140,6 +142,7 @@ pub fn pack_block(block: &RawBlock) -> Packed {
 }
 
 /// Packs a header.
+#[inline(never)]
 pub fn pack_header(header: &Header) -> Packed {
     let mut packed = Packed::new();
     packed.put(1, 2);
@@ -153,6 +156,7 @@ pub fn pack_header(header: &Header) -> Packed {
 }
 
 /// Packs a trailer.
+#[inline(never)]
 pub fn pack_trailer(trailer: &Trailer) -> Packed {
     let mut packed = Packed::new();
     packed.put(2, 8);
@@ -229,6 +233,7 @@ fn block(bits: &mut Bits) -> Option<Option<RawBlock>> {
 }
 
 /// Folded differences of neighbours.
+#[inline(never)]
 fn differences(channel: &[u16; SAMPLES_PER_BLOCK]) -> [u16; SAMPLES_PER_BLOCK - 1] {
     let mut folded = [0; SAMPLES_PER_BLOCK - 1];
     for ((place, before), after) in folded.iter_mut().zip(channel).zip(&channel[1..]) {

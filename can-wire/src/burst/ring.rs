@@ -43,6 +43,7 @@ impl<const N: usize> Ring<N> {
     }
 
     /// Puts a record at the end; `false`, and nothing is changed, without room.
+    #[inline(never)]
     pub(crate) fn push(&mut self, record: &Packed) -> bool {
         let segments = record.segments();
         if segments.len() > self.room() {
@@ -70,6 +71,7 @@ impl<const N: usize> Ring<N> {
     }
 
     /// Forgets so many of the oldest segments.
+    #[inline(never)]
     pub(crate) fn release(&mut self, segments: usize) {
         for _ in 0..segments.min(self.length) {
             if self.begins.get(self.first) == Some(&true) {
@@ -81,6 +83,7 @@ impl<const N: usize> Ring<N> {
     }
 
     /// Forgets the oldest record.
+    #[inline(never)]
     pub(crate) fn drop_record(&mut self) {
         self.release(1);
         while self.length > 0 && self.begins.get(self.first) == Some(&false) {

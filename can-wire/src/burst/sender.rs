@@ -86,6 +86,7 @@ impl<const N: usize> Sender<N> {
     }
 
     /// Takes the newest samples. While no burst is under way the oldest ones make room; a burst keeps what it has.
+    #[inline(never)]
     pub fn append(&mut self, block: &RawBlock) {
         let packed = pack::pack_block(block);
         match self.state {
@@ -113,6 +114,7 @@ impl<const N: usize> Sender<N> {
     }
 
     /// Starts a burst; `false`, and nothing happens, while one is under way or when no blocks are ordered.
+    #[inline(never)]
     pub fn start(&mut self, order: Order, cause: Cause, image: u32, now_ms: u32) -> bool {
         if self.state != State::Idle || order.blocks == 0 {
             return false;
@@ -185,6 +187,7 @@ impl<const N: usize> Sender<N> {
     /// # Errors
     /// Those of [`Asking::decode`], and [`Reject::Contradiction`] when it speaks of another burst or of segments
     /// that were never sent. Nothing is changed then.
+    #[inline(never)]
     pub fn asked(&mut self, frame: &RawFrame, now_ms: u32) -> Result<(), Reject> {
         let (node, asking) = Asking::decode(frame.id, &frame.data)?;
         if node != self.node {
@@ -208,6 +211,7 @@ impl<const N: usize> Sender<N> {
     }
 
     /// Distance from the oldest, and the segment; marked as sent.
+    #[inline(never)]
     fn pick(&mut self, now_ms: u32) -> Option<(usize, Segment)> {
         if self.state == State::Idle {
             return None;
@@ -268,6 +272,7 @@ impl<const N: usize> Sender<N> {
     }
 
     /// Puts the trailer behind the last block.
+    #[inline(never)]
     fn close(&mut self) {
         let dropped = u16::try_from(self.dropped).unwrap_or(u16::MAX);
         let trailer = Trailer { blocks: self.recorded, dropped, crc: self.crc };

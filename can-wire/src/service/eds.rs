@@ -52,12 +52,12 @@ fn entry(out: &mut impl Write, object: &Object) -> fmt::Result {
         0 => writeln!(out, "\n[{:X}]", object.index)?,
         sub => writeln!(out, "\n[{:X}sub{sub:X}]", object.index)?,
     }
-    writeln!(out, ";{}", object.comment)?;
+    writeln!(out, ";{}", object.comment())?;
     let object_type = if object.kind == Type::Domain { 0x2 } else { 0x7 };
     writeln!(
         out,
         "ParameterName={}\nObjectType=0x{object_type:X}\nDataType=0x{:04X}\nAccessType={}",
-        object.name,
+        object.name(),
         object.kind as u8,
         object.access.name()
     )?;

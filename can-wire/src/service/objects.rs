@@ -127,10 +127,18 @@ pub struct Object {
     pub low: u32,
     /// Largest value that is taken; for a domain, its bytes.
     pub high: u32,
+}
+
+impl Object {
     /// Name, as an EDS has it.
-    pub name: &'static str,
+    pub fn name(&self) -> &'static str {
+        TEXTS.get(self.field as usize).map_or("", |(name, _)| name)
+    }
+
     /// What it means, with its unit.
-    pub comment: &'static str,
+    pub fn comment(&self) -> &'static str {
+        TEXTS.get(self.field as usize).map_or("", |(_, comment)| comment)
+    }
 }
 
 /// Written to take the force's zero: `zero`.
@@ -162,164 +170,99 @@ pub const RECORDS: [(u16, &str); 11] = [
 
 /// All objects, by rising index and part.
 pub static OBJECTS: [Object; 37] = [
-    of(0x1000, 0, Field::DeviceType, U32, Const, "Device type", "0: no CiA device profile."),
-    of(0x1001, 0, Field::ErrorRegister, U8, Read, "Error register", "CiA 301: bit 0 any error, 3 temperature, 7 own."),
-    exactly(
-        SAVE,
-        of(
-            0x1010,
-            1,
-            Field::Save,
-            U32,
-            ReadWrite,
-            "Save all parameters",
-            "Write 'save' (0x65766173) to keep limits, period, zero shift and bus load over a reset.",
-        ),
+    of(0x1000, 0, Field::DeviceType, U32, Const),
+    of(0x1001, 0, Field::ErrorRegister, U8, Read),
+    exactly(SAVE, of(0x1010, 1, Field::Save, U32, ReadWrite)),
+    of(0x1017, 0, Field::HeartbeatPeriod, U16, Const),
+    of(0x1018, 1, Field::Vendor, U32, Const),
+    of(0x1018, 2, Field::Product, U32, Const),
+    of(0x1018, 3, Field::Revision, U32, Const),
+    of(0x1018, 4, Field::Serial, U32, Const),
+    of(0x2000, 1, Field::UniqueLow, U32, Const),
+    of(0x2000, 2, Field::UniqueMiddle, U32, Const),
+    of(0x2000, 3, Field::UniqueHigh, U32, Const),
+    of(0x2001, 0, Field::Board, U8, Const),
+    of(0x2002, 1, Field::AlarmBelow, U16, ReadWrite),
+    of(0x2002, 2, Field::WarnBelow, U16, ReadWrite),
+    of(0x2002, 3, Field::WarnAbove, U16, ReadWrite),
+    of(0x2002, 4, Field::AlarmAbove, U16, ReadWrite),
+    within(10, 10_000, of(0x2003, 0, Field::PublishingPeriod, U16, ReadWrite)),
+    exactly(TAKE_ZERO, of(0x2004, 1, Field::TakeZero, U32, Write)),
+    of(0x2004, 2, Field::ZeroShift, I16, Read),
+    within(1, MAX_IMAGE as u32, of(0x2005, 1, Field::Image, Domain, Write)),
+    of(0x2005, 2, Field::ImageChecksum, U32, Write),
+    of(0x2005, 3, Field::ImageState, U8, Read),
+    of(0x2005, 4, Field::ImageActive, U32, Read),
+    of(0x2006, 1, Field::BootCount, U16, Read),
+    of(0x2006, 2, Field::ResetCause, U8, Read),
+    of(0x2006, 3, Field::LostBlocks, U32, Read),
+    of(0x2006, 4, Field::FramesDropped, U32, Read),
+    of(0x2006, 5, Field::BusOffs, U32, Read),
+    exactly(CLEAR, of(0x2006, 6, Field::ClearCounters, U32, Write)),
+    of(0x2007, 1, Field::BurstOrder, U32, Write),
+    of(0x2007, 2, Field::BurstState, U8, Read),
+    within(1, 50, of(0x2007, 3, Field::BurstLoad, U8, ReadWrite)),
+    of(0x2007, 4, Field::BurstDropped, U32, Read),
+    of(0x2008, 1, Field::Key, U32, Write),
+    of(0x2008, 2, Field::Unlocked, U8, Read),
+    of(0x2009, 1, Field::Changes, U32, Read),
+    exactly(RESTART, of(0x200A, 1, Field::Restart, U32, Write)),
+];
+
+/// Names and comments, in the order of [`OBJECTS`]. Apart from it, because the block itself has no use for them.
+static TEXTS: [(&str, &str); OBJECTS.len()] = [
+    ("Device type", "0: no CiA device profile."),
+    ("Error register", "CiA 301: bit 0 any error, 3 temperature, 7 own."),
+    ("Save all parameters", "Write 'save' (0x65766173) to keep limits, period, zero shift and bus load over a reset."),
+    ("Producer heartbeat time", "ms."),
+    ("Vendor-ID", "0: none has been assigned."),
+    ("Product code", "Board: 1 stm32f405, 2 stm32g474."),
+    ("Revision number", "Firmware version: major in bits 24 to 31, minor in 16 to 23, patch in 0 to 15."),
+    ("Serial number", "CRC-32 of the unique identifier."),
+    ("Unique identifier 0", "Lowest word of the chip's unique identifier."),
+    ("Unique identifier 1", "Its middle word."),
+    ("Unique identifier 2", "Its highest word."),
+    ("Board", "What the firmware runs on: 0 unknown, 1 stm32f405, 2 stm32g474."),
+    ("Alarm below", "N; 65535: off."),
+    ("Warning below", "N; 65535: off."),
+    ("Warning above", "N; 65535: off."),
+    ("Alarm above", "N; 65535: off."),
+    ("Publishing period", "ms between two estimates, a multiple of 10."),
+    (
+        "Take zero",
+        "Write 'zero' (0x6F72657A) while nothing pulls at the force sensor: the mean of one second becomes its zero.",
     ),
-    of(0x1017, 0, Field::HeartbeatPeriod, U16, Const, "Producer heartbeat time", "ms."),
-    of(0x1018, 1, Field::Vendor, U32, Const, "Vendor-ID", "0: none has been assigned."),
-    of(0x1018, 2, Field::Product, U32, Const, "Product code", "Board: 1 stm32f405, 2 stm32g474."),
-    of(
-        0x1018,
-        3,
-        Field::Revision,
-        U32,
-        Const,
-        "Revision number",
-        "Firmware version: major in bits 24 to 31, minor in 16 to 23, patch in 0 to 15.",
-    ),
-    of(0x1018, 4, Field::Serial, U32, Const, "Serial number", "CRC-32 of the unique identifier."),
-    of(0x2000, 1, Field::UniqueLow, U32, Const, "Unique identifier 0", "Lowest word of the chip's unique identifier."),
-    of(0x2000, 2, Field::UniqueMiddle, U32, Const, "Unique identifier 1", "Its middle word."),
-    of(0x2000, 3, Field::UniqueHigh, U32, Const, "Unique identifier 2", "Its highest word."),
-    of(0x2001, 0, Field::Board, U8, Const, "Board", "What the firmware runs on: 0 unknown, 1 stm32f405, 2 stm32g474."),
-    of(0x2002, 1, Field::AlarmBelow, U16, ReadWrite, "Alarm below", "N; 65535: off."),
-    of(0x2002, 2, Field::WarnBelow, U16, ReadWrite, "Warning below", "N; 65535: off."),
-    of(0x2002, 3, Field::WarnAbove, U16, ReadWrite, "Warning above", "N; 65535: off."),
-    of(0x2002, 4, Field::AlarmAbove, U16, ReadWrite, "Alarm above", "N; 65535: off."),
-    within(
-        10,
-        10_000,
-        of(
-            0x2003,
-            0,
-            Field::PublishingPeriod,
-            U16,
-            ReadWrite,
-            "Publishing period",
-            "ms between two estimates, a multiple of 10.",
-        ),
-    ),
-    exactly(
-        TAKE_ZERO,
-        of(
-            0x2004,
-            1,
-            Field::TakeZero,
-            U32,
-            Write,
-            "Take zero",
-            "Write 'zero' (0x6F72657A) while nothing pulls at the force sensor: the mean of one second becomes its zero.",
-        ),
-    ),
-    of(0x2004, 2, Field::ZeroShift, I16, Read, "Zero shift", "Sixteenths of a code by which the zero was moved."),
-    within(
-        1,
-        MAX_IMAGE as u32,
-        of(0x2005, 1, Field::Image, Domain, Write, "Image", "The parameter image, in segments."),
-    ),
-    of(
-        0x2005,
-        2,
-        Field::ImageChecksum,
-        U32,
-        Write,
-        "CRC-32",
-        "Of the image just sent; when it is right the image is kept, and used from the next start on.",
-    ),
-    of(
-        0x2005,
-        3,
-        Field::ImageState,
-        U8,
-        Read,
-        "State",
-        "Of the image sent: 0 none, 1 receiving, 2 complete, 3 saving, 4 saved, 5 failed.",
-    ),
-    of(
-        0x2005,
-        4,
-        Field::ImageActive,
-        U32,
-        Read,
-        "Active image",
-        "Hash of the image the block works with; 0: none, built-in parameters.",
-    ),
-    of(0x2006, 1, Field::BootCount, U16, Read, "Starts", "Since the supply was switched on."),
-    of(0x2006, 2, Field::ResetCause, U8, Read, "Reset cause", "As in the heartbeat."),
-    of(
-        0x2006,
-        3,
-        Field::LostBlocks,
-        U32,
-        Read,
-        "Blocks lost",
-        "Blocks of samples (10 ms) lost since start or clearing.",
-    ),
-    of(
-        0x2006,
-        4,
-        Field::FramesDropped,
-        U32,
-        Read,
-        "Frames dropped",
-        "Frames displaced by newer ones since start or clearing.",
-    ),
-    of(0x2006, 5, Field::BusOffs, U32, Read, "Bus-offs", "Times the controller left the bus since start or clearing."),
-    exactly(
-        CLEAR,
-        of(0x2006, 6, Field::ClearCounters, U32, Write, "Clear", "Write 'clrc' (0x63726C63) to set parts 3 to 5 to 0."),
-    ),
-    of(
-        0x2007,
-        1,
-        Field::BurstOrder,
-        U32,
-        Write,
+    ("Zero shift", "Sixteenths of a code by which the zero was moved."),
+    ("Image", "The parameter image, in segments."),
+    ("CRC-32", "Of the image just sent; when it is right the image is kept, and used from the next start on."),
+    ("State", "Of the image sent: 0 none, 1 receiving, 2 complete, 3 saving, 4 saved, 5 failed."),
+    ("Active image", "Hash of the image the block works with; 0: none, built-in parameters."),
+    ("Starts", "Since the supply was switched on."),
+    ("Reset cause", "As in the heartbeat."),
+    ("Blocks lost", "Blocks of samples (10 ms) lost since start or clearing."),
+    ("Frames dropped", "Frames displaced by newer ones since start or clearing."),
+    ("Bus-offs", "Times the controller left the bus since start or clearing."),
+    ("Clear", "Write 'clrc' (0x63726C63) to set parts 3 to 5 to 0."),
+    (
         "Order",
         "Blocks to record in bits 0 to 15, 0 ends a burst; of them already past in bits 16 to 30; bit 31: nobody asks for lost frames again.",
     ),
-    of(0x2007, 2, Field::BurstState, U8, Read, "State", "0 idle, 1 recording and sending, 2 sending the rest."),
-    within(
-        1,
-        50,
-        of(0x2007, 3, Field::BurstLoad, U8, ReadWrite, "Bus load", "Most of the bus that a burst takes, per cent."),
-    ),
-    of(0x2007, 4, Field::BurstDropped, U32, Read, "Blocks dropped", "Blocks of the last burst that found no room."),
-    of(0x2008, 1, Field::Key, U32, Write, "Key", "Unlocks for five minutes after the last change; 0 locks."),
-    of(0x2008, 2, Field::Unlocked, U8, Read, "Unlocked", "0 locked, 1 unlocked."),
-    of(0x2009, 1, Field::Changes, U32, Read, "Accepted changes", "Writes taken under the key since the start."),
-    exactly(
-        RESTART,
-        of(0x200A, 1, Field::Restart, U32, Write, "Restart", "Write 'rset' (0x74657372) to start the block anew."),
-    ),
+    ("State", "0 idle, 1 recording and sending, 2 sending the rest."),
+    ("Bus load", "Most of the bus that a burst takes, per cent."),
+    ("Blocks dropped", "Blocks of the last burst that found no room."),
+    ("Key", "Unlocks for five minutes after the last change; 0 locks."),
+    ("Unlocked", "0 locked, 1 unlocked."),
+    ("Accepted changes", "Writes taken under the key since the start."),
+    ("Restart", "Write 'rset' (0x74657372) to start the block anew."),
 ];
 
-const fn of(
-    index: u16,
-    sub: u8,
-    field: Field,
-    kind: Type,
-    access: Access,
-    name: &'static str,
-    comment: &'static str,
-) -> Object {
+const fn of(index: u16, sub: u8, field: Field, kind: Type, access: Access) -> Object {
     let high = match kind {
         U8 => 0xFF,
         I16 | U16 => 0xFFFF,
         U32 | Domain => u32::MAX,
     };
-    Object { index, sub, field, kind, access, low: 0, high, name, comment }
+    Object { index, sub, field, kind, access, low: 0, high }
 }
 
 const fn within(low: u32, high: u32, object: Object) -> Object {
@@ -363,9 +306,9 @@ mod tests {
         let places: Vec<_> = OBJECTS.iter().map(|o| (o.index, o.sub)).collect();
         assert!(places.is_sorted_by(|a, b| a < b));
         for (n, object) in OBJECTS.iter().enumerate() {
-            assert_eq!(object.field as usize, n, "{}", object.name);
-            assert!(object.low <= object.high && !object.comment.is_empty());
-            assert!(object.name.is_ascii() && object.comment.is_ascii());
+            assert_eq!(object.field as usize, n, "{}", object.name());
+            assert!(object.low <= object.high && !object.comment().is_empty());
+            assert!(object.name().is_ascii() && object.comment().is_ascii());
         }
     }
 
@@ -385,7 +328,7 @@ mod tests {
         for object in OBJECTS.iter().filter(|o| o.low == o.high) {
             let text =
                 std::format!("'{}' (0x{:08X})", std::str::from_utf8(&object.low.to_le_bytes()).unwrap(), object.low);
-            assert!(object.comment.contains(&text), "{text}: {}", object.comment);
+            assert!(object.comment().contains(&text), "{text}: {}", object.comment());
         }
     }
 }

@@ -145,6 +145,7 @@ impl Server {
     }
 
     /// Takes a frame.
+    #[inline(never)]
     pub fn handle(&mut self, frame: &RawFrame, block: &BlockState) -> Answer {
         if frame.id != REQUEST_BASE + u16::from(self.node.get()) {
             return Answer::default();
@@ -212,6 +213,7 @@ impl Server {
         Ok((length, self.value(object.field, block)))
     }
 
+    #[inline(never)]
     fn value(&self, field: Field, block: &BlockState) -> u32 {
         let limit = |l: Option<u16>| u32::from(l.unwrap_or(OFF));
         let [low, middle, high] = block.unique;
@@ -263,6 +265,7 @@ impl Server {
         }
     }
 
+    #[inline(never)]
     fn write(
         &mut self,
         index: u16,
@@ -288,6 +291,7 @@ impl Server {
     }
 
     /// Whether anything may be changed now.
+    #[inline(never)]
     fn may_change(&self, block: &BlockState) -> Result<(), Abort> {
         if !self.is_unlocked(block.uptime_s) {
             return Err(Abort::Locked);
