@@ -34,6 +34,7 @@ static COPIES: Channel<Mutex, RawBlock, DEPTH> = Channel::new();
 static OUT: Channel<Mutex, RawFrame, OUTGOING> = Channel::new();
 static NOTICES: Signal<Mutex, Order> = Signal::new();
 static TUNING: Signal<Mutex, Set> = Signal::new();
+static SETTINGS: StaticCell<Settings> = StaticCell::new();
 static SERVER: StaticCell<Server> = StaticCell::new();
 static SENDER: StaticCell<Sender<RING>> = StaticCell::new();
 static FACTS: Facts = Facts::new();
@@ -61,8 +62,9 @@ const fn number(text: &str) -> u16 {
 async fn main(spawner: Spawner) {
     let mut board = board::start();
     let settings = defmt::unwrap!(Settings::load(&board.parameters).ok(), "the built-in parameters do not build");
+    let settings = SETTINGS.init(settings);
     board.ears.listen(settings.node);
-    let params = settings.monitor.params();
+    let params = *settings.monitor.params();
     defmt::info!(
         "guide block {=str} on {=str}: reset by {=str}, start {=u16}; parameter record {=str}, node {=u8}, calibrated {=bool}",
         env!("CARGO_PKG_VERSION"),
@@ -89,7 +91,7 @@ async fn main(spawner: Spawner) {
         liveness: &LIVENESS,
     })));
     spawner.spawn(defmt::unwrap!(estimate(Estimate {
-        monitor: settings.monitor,
+        monitor: &mut settings.monitor,
         tuning: &TUNING,
         state: STATE.take(),
         publisher: Publisher::new(settings.node),

@@ -38,8 +38,8 @@ pub struct Report {
 /// Owner of the alive counters of the estimate and motion frames. They go on, with reason `stale`, when no
 /// samples come, so that a receiver can tell a blind block from a dead one.
 pub struct Estimate<'a, M: RawMutex, C> {
-    /// The checked model, as the parameter record has it.
-    pub monitor: Monitor,
+    /// The checked model, as the parameter record has it; what is set on the block changes it.
+    pub monitor: &'a mut Monitor,
     /// What is set on the block; used from the next block on.
     pub tuning: &'a Signal<M, Settings>,
     /// What samples change, some kilobytes.
@@ -64,18 +64,16 @@ impl<M: RawMutex, C: Clock> Estimate<'_, M, C> {
         let mut stale_at_us = self.clock.now_us() + STALE_AFTER_PERIODS * period_us;
         let mut newest = (0_u32, self.clock.now_us());
         loop {
-            if let Some(settings) = self.tuning.try_take()
-                && let Some(monitor) = tuned(&of_record, &settings)
-            {
-                self.monitor = monitor;
-                period_us = u64::from(monitor.params().publish_every_blocks) * BLOCK_US;
+            if let Some(settings) = self.tuning.try_take() {
+                tune(self.monitor, &of_record, &settings);
+                period_us = u64::from(self.monitor.params().publish_every_blocks) * BLOCK_US;
                 stale_at_us = self.clock.now_us() + STALE_AFTER_PERIODS * period_us;
             }
             let wake_us = stale_at_us.min(self.clock.now_us() + REPORT_WITHIN_US / 2);
             match select(self.blocks.receive(), self.clock.sleep_until(wake_us)).await {
                 Either::First(block) => {
                     newest = (block.tick, self.clock.now_us());
-                    let frames = process_block(&self.monitor, self.state, &mut self.publisher, &block);
+                    let frames = process_block(self.monitor, self.state, &mut self.publisher, &block);
                     if let Some(frames) = frames {
                         stale_at_us = self.clock.now_us() + STALE_AFTER_PERIODS * period_us;
                         self.report(frames, true);
@@ -106,14 +104,19 @@ impl<M: RawMutex, C: Clock> Estimate<'_, M, C> {
     }
 }
 
-/// The model with what was set; `None` when that would make an illegal one, and then the model in use stays.
-fn tuned(of_record: &Params, settings: &Settings) -> Option<Monitor> {
+/// Puts what was set into the model; where that would make an illegal one, the model stays.
+///
+/// A function of its own, so that its copies of the parameters are not on the stack of every poll.
+#[inline(never)]
+fn tune(monitor: &mut Monitor, of_record: &Params, settings: &Settings) {
     let mut params = *of_record;
     params.calibration.force.zero_code += f32::from(settings.zero_shift_sixteenths) / 16.0;
     if let Some(blocks) = settings.publish_every_blocks {
         params.publish_every_blocks = blocks;
     }
-    params.build().ok()
+    if let Ok(tuned) = params.build() {
+        *monitor = tuned;
+    }
 }
 
 #[cfg(test)]
@@ -139,10 +142,10 @@ mod tests {
         let blocks = Channel::<NoopRawMutex, RawBlock, DEPTH>::new();
         let reports = Signal::<NoopRawMutex, Report>::new();
         let tuning = Signal::new();
-        let monitor = Params { publish_every_blocks: 10, ..Params::ZHOU_2023 }.build().unwrap();
+        let mut monitor = Params { publish_every_blocks: 10, ..Params::ZHOU_2023 }.build().unwrap();
         let mut state = State::new();
         let estimate = Estimate {
-            monitor,
+            monitor: &mut monitor,
             tuning: &tuning,
             state: &mut state,
             publisher: Publisher::new(NodeId::FIRST),
@@ -193,10 +196,10 @@ mod tests {
         let blocks = Channel::<NoopRawMutex, RawBlock, DEPTH>::new();
         let reports = Signal::<NoopRawMutex, Report>::new();
         let tuning = Signal::new();
-        let monitor = Params { publish_every_blocks: 1000, ..Params::ZHOU_2023 }.build().unwrap();
+        let mut monitor = Params { publish_every_blocks: 1000, ..Params::ZHOU_2023 }.build().unwrap();
         let mut state = State::new();
         let estimate = Estimate {
-            monitor,
+            monitor: &mut monitor,
             tuning: &tuning,
             state: &mut state,
             publisher: Publisher::new(NodeId::FIRST),
@@ -227,10 +230,10 @@ mod tests {
         let blocks = Channel::<NoopRawMutex, RawBlock, DEPTH>::new();
         let reports = Signal::<NoopRawMutex, Report>::new();
         let tuning = Signal::new();
-        let monitor = Params { publish_every_blocks: 10, ..Params::ZHOU_2023 }.build().unwrap();
+        let mut monitor = Params { publish_every_blocks: 10, ..Params::ZHOU_2023 }.build().unwrap();
         let mut state = State::new();
         let estimate = Estimate {
-            monitor,
+            monitor: &mut monitor,
             tuning: &tuning,
             state: &mut state,
             publisher: Publisher::new(NodeId::FIRST),
@@ -264,7 +267,8 @@ mod tests {
     #[test]
     fn a_zero_that_was_taken_moves_the_zero_code() {
         let settings = Settings { zero_shift_sixteenths: -24, ..Settings::DELIVERED };
-        let tuned = tuned(&Params::ZHOU_2023, &settings).unwrap();
+        let mut tuned = Params::ZHOU_2023.build().unwrap();
+        tune(&mut tuned, &Params::ZHOU_2023, &settings);
         let before = Params::ZHOU_2023.calibration.force.zero_code;
         assert_eq!(tuned.params().calibration.force.zero_code, before - 1.5);
     }

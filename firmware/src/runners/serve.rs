@@ -57,6 +57,8 @@ pub struct Identity {
 }
 
 /// Requests and copies of the samples in, answers and burst frames out.
+///
+/// Its steps are functions of their own, so that what they need for a moment is not on the stack of every poll.
 pub struct Serve<'a, M: RawMutex, R, K, T, C> {
     /// Where requests come from.
     pub source: R,
@@ -161,6 +163,7 @@ impl<M: RawMutex, R: FrameSource, K: Keep, T: Restart, C: Clock> Serve<'_, M, R,
         }
     }
 
+    #[inline(never)]
     fn take(&mut self, frame: &RawFrame, standing: &Standing, pending: &mut Pending) {
         let now_us = self.clock.now_us();
         if frame.id < REQUEST_BASE {
@@ -173,6 +176,7 @@ impl<M: RawMutex, R: FrameSource, K: Keep, T: Restart, C: Clock> Serve<'_, M, R,
         (pending.answer, pending.action) = (answer.frame, answer.action);
     }
 
+    #[inline(never)]
     fn state(&self, moving: bool) -> BlockState {
         let Identity { board, unique, version, reset_cause, boot_count, active_image, publish_every_blocks, .. } =
             self.identity;
@@ -220,6 +224,7 @@ impl<M: RawMutex, R: FrameSource, K: Keep, T: Restart, C: Clock> Serve<'_, M, R,
         }
     }
 
+    #[inline(never)]
     fn burst(&mut self, order: Order, cause: Cause) -> bool {
         let started = self.sender.start(order, cause, self.identity.active_image, ms(self.clock.now_us()));
         if started {
@@ -233,6 +238,7 @@ impl<M: RawMutex, R: FrameSource, K: Keep, T: Restart, C: Clock> Serve<'_, M, R,
         self.tuning.signal(settings);
     }
 
+    #[inline(never)]
     fn zeroed(&mut self, above_sixteenths: Option<i16>) {
         match self.server.zeroed(above_sixteenths) {
             Some(settings) => self.apply(settings),
@@ -257,6 +263,7 @@ impl<M: RawMutex, R: FrameSource, K: Keep, T: Restart, C: Clock> Serve<'_, M, R,
     }
 
     /// Puts out as much of a burst as its share of the bus allows.
+    #[inline(never)]
     fn send_burst(&mut self, share: &mut Share, answer_waits: bool) {
         share.earn(self.clock.now_us(), self.server.settings().burst_load_percent);
         while !answer_waits && !self.outgoing.is_full() && share.credit >= Share::FRAME {
@@ -268,6 +275,7 @@ impl<M: RawMutex, R: FrameSource, K: Keep, T: Restart, C: Clock> Serve<'_, M, R,
     }
 
     /// Tells others what they want to know.
+    #[inline(never)]
     fn tell(&self) {
         let uptime_s = (self.clock.now_us() / 1_000_000) as u32;
         self.facts.changes.store(self.server.changes(), Ordering::Relaxed);
