@@ -187,7 +187,7 @@ pub static OBJECTS: [Object; 37] = [
     of(0x2002, 3, Field::WarnAbove, U16, ReadWrite),
     of(0x2002, 4, Field::AlarmAbove, U16, ReadWrite),
     within(10, 10_000, of(0x2003, 0, Field::PublishingPeriod, U16, ReadWrite)),
-    exactly(TAKE_ZERO, of(0x2004, 1, Field::TakeZero, U32, Write)),
+    exactly(TAKE_ZERO, of(0x2004, 1, Field::TakeZero, U32, ReadWrite)),
     of(0x2004, 2, Field::ZeroShift, I16, Read),
     within(1, MAX_IMAGE as u32, of(0x2005, 1, Field::Image, Domain, Write)),
     of(0x2005, 2, Field::ImageChecksum, U32, Write),
@@ -230,7 +230,7 @@ static TEXTS: [(&str, &str); OBJECTS.len()] = [
     ("Publishing period", "ms between two estimates, a multiple of 10."),
     (
         "Take zero",
-        "Write 'zero' (0x6F72657A) while nothing pulls at the force sensor: the mean of one second becomes its zero.",
+        "Write 'zero' (0x6F72657A) while nothing pulls at the force sensor: the mean of one second becomes its zero. Reads 0 never asked for, 1 under way, 2 taken, 3 not taken.",
     ),
     ("Zero shift", "Sixteenths of a code by which the zero was moved."),
     ("Image", "The parameter image, in segments."),

@@ -80,6 +80,20 @@ pub enum Action {
     Restart,
 }
 
+/// What became of the zero that was asked for, as object 2004.1 has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum ZeroState {
+    /// None was asked for since the start.
+    None = 0,
+    /// It is being taken.
+    Taking = 1,
+    /// It was taken.
+    Taken = 2,
+    /// The carriage moved, samples were lost, or something pulls: the zero before stays.
+    NotTaken = 3,
+}
+
 /// What comes of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Answer {
@@ -98,14 +112,14 @@ pub struct Server {
     /// when the key was given or last made use of, s
     unlocked_at_s: Option<u32>,
     changes: u32,
-    zeroing: bool,
+    zero: ZeroState,
     upload: Upload,
 }
 
 impl Server {
     /// Locked, with these settings. `key` must not be 0, which locks.
     pub const fn new(node: NodeId, key: u32, settings: Settings) -> Self {
-        Server { node, key, settings, unlocked_at_s: None, changes: 0, zeroing: false, upload: Upload::new() }
+        Server { node, key, settings, unlocked_at_s: None, changes: 0, zero: ZeroState::None, upload: Upload::new() }
     }
 
     /// What has been set.
@@ -138,9 +152,9 @@ impl Server {
     /// The shell has taken the zero: so many sixteenths of a code above the one in use, or none could be taken.
     /// Answers the settings to use from now on.
     pub fn zeroed(&mut self, above_sixteenths: Option<i16>) -> Option<Settings> {
-        self.zeroing = false;
-        let shift = self.settings.zero_shift_sixteenths.checked_add(above_sixteenths?)?;
-        self.settings.zero_shift_sixteenths = shift;
+        let shift = above_sixteenths.and_then(|above| self.settings.zero_shift_sixteenths.checked_add(above));
+        self.zero = if shift.is_some() { ZeroState::Taken } else { ZeroState::NotTaken };
+        self.settings.zero_shift_sixteenths = shift?;
         Some(self.settings)
     }
 
@@ -242,6 +256,7 @@ impl Server {
                 u32::from(blocks) * u32::from(BLOCK_MS)
             }
             Field::ZeroShift => u16::from_le_bytes(self.settings.zero_shift_sixteenths.to_le_bytes()).into(),
+            Field::TakeZero => self.zero as u32,
             Field::ImageState => self.upload.state as u32,
             Field::ImageActive => block.active_image,
             Field::BootCount => block.boot_count.into(),
@@ -255,8 +270,7 @@ impl Server {
             Field::Unlocked => self.is_unlocked(block.uptime_s).into(),
             Field::Changes => self.changes,
             // write only: the caller has asked
-            Field::TakeZero
-            | Field::Image
+            Field::Image
             | Field::ImageChecksum
             | Field::ClearCounters
             | Field::BurstOrder
@@ -296,7 +310,7 @@ impl Server {
         if !self.is_unlocked(block.uptime_s) {
             return Err(Abort::Locked);
         }
-        if block.moving || self.zeroing || self.upload.state == UploadState::Saving {
+        if block.moving || self.zero == ZeroState::Taking || self.upload.state == UploadState::Saving {
             return Err(Abort::State);
         }
         Ok(())
@@ -348,7 +362,7 @@ impl Server {
             Field::BurstLoad => settings.burst_load_percent = u8::try_from(value).map_err(|_| Abort::TooHigh)?,
             Field::Save => return Ok(Action::Keep(settings)),
             Field::TakeZero => {
-                self.zeroing = true;
+                self.zero = ZeroState::Taking;
                 return Ok(Action::TakeZero);
             }
             Field::ImageChecksum => return self.upload.commit(value).map(|()| Action::SaveImage),

@@ -9,6 +9,8 @@
 
 mod can_utils;
 pub mod desk;
+#[cfg(feature = "emulator")]
+pub mod emulated;
 mod log;
 pub mod slcan;
 
