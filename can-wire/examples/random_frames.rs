@@ -4,7 +4,8 @@
 //! the DBC, the raw integer and the physical value in the DBC's unit (empty: not available), all separated by
 //! commas. The expected numbers come from the generator, not from the encoder.
 
-use can_wire::{BoardKind, Health, Kind, NodeId, Publisher, RawFrame, ResetCause};
+use can_wire::service::LimitState;
+use can_wire::{BoardKind, Health, Kind, NodeId, Publisher, RawFrame, ResetCause, Workings};
 use model_core::ripple::Ripple;
 use model_core::sample::{Estimate, Measured, Motion, Reason, Reasons};
 use std::io::{BufWriter, Write};
@@ -159,6 +160,22 @@ fn ripple(random: &mut Random, publisher: &mut Publisher, out: &mut Expected) ->
     publisher.ripple(ripple, wavelength_m)
 }
 
+fn state(random: &mut Random, publisher: &mut Publisher, out: &mut Expected) -> RawFrame {
+    let workings = Workings {
+        image: random.one_of(&[0, 1, u32::MAX, 0x8000_0000, 0x1234_5678]) ^ random.below(u32::MAX),
+        changes: random.between(0, 0x1_FFFF) as u32,
+        limits: random.one_of(&LimitState::ALL),
+        unlocked: random.below(2) == 1,
+        bursting: random.below(2) == 1,
+    };
+    out.whole("image", workings.image);
+    out.whole("changes", workings.changes.min(0xFFFF));
+    out.whole("limits", workings.limits as u8);
+    out.whole("unlocked", workings.unlocked);
+    out.whole("bursting", workings.bursting);
+    publisher.state(&workings)
+}
+
 fn heartbeat(random: &mut Random, publisher: &mut Publisher, out: &mut Expected) -> RawFrame {
     let health = Health {
         reset_cause: random.one_of(&ResetCause::ALL),
@@ -210,6 +227,7 @@ fn main() -> std::io::Result<()> {
             Kind::Estimate => estimate,
             Kind::Motion => motion,
             Kind::Ripple => ripple,
+            Kind::State => state,
             Kind::Heartbeat => heartbeat,
         };
         let frame = make(&mut random, &mut publisher, &mut expected);

@@ -43,6 +43,13 @@ fn fields(message: &Message) -> Vec<String> {
             number("phase_rad", m.phase_rad),
             number("wavelength_m", m.wavelength_m),
         ],
+        Message::State(m) => vec![
+            code("image", m.image),
+            code("changes", m.changes),
+            code("limits", m.limits.name()),
+            code("unlocked", u8::from(m.unlocked)),
+            code("bursting", u8::from(m.bursting)),
+        ],
         Message::Heartbeat(m) => vec![
             code("nmt_state", m.state.name()),
             code("reset_cause", m.reset_cause.name()),

@@ -49,13 +49,15 @@ pub enum Kind {
     Motion,
     /// Ball-pass ripple of the drag force.
     Ripple,
+    /// What it works with, and what was changed on it.
+    State,
     /// Sign of life, reset cause, losses.
     Heartbeat,
 }
 
 impl Kind {
     /// All kinds, highest priority first.
-    pub const ALL: [Kind; 5] = [Kind::Fault, Kind::Estimate, Kind::Motion, Kind::Ripple, Kind::Heartbeat];
+    pub const ALL: [Kind; 6] = [Kind::Fault, Kind::Estimate, Kind::Motion, Kind::Ripple, Kind::State, Kind::Heartbeat];
 
     /// The identifier without its node.
     pub const fn base(self) -> u16 {
@@ -64,6 +66,7 @@ impl Kind {
             Kind::Estimate => 0x180,
             Kind::Motion => 0x280,
             Kind::Ripple => 0x380,
+            Kind::State => 0x680,
             Kind::Heartbeat => 0x700,
         }
     }
@@ -189,7 +192,7 @@ mod tests {
             // the counters of Publisher and Alive are indexed by it
             assert_eq!(kind as usize, n);
         }
-        assert_eq!(Kind::ALL.map(|k| k.identifier(node(5))), [0x085, 0x185, 0x285, 0x385, 0x705]);
+        assert_eq!(Kind::ALL.map(|k| k.identifier(node(5))), [0x085, 0x185, 0x285, 0x385, 0x685, 0x705]);
     }
 
     #[test]
@@ -205,7 +208,7 @@ mod tests {
                 Err(e) => assert_eq!(e, Reject::UnknownIdentifier(id)),
             }
         }
-        assert_eq!(ours, 5 * 127);
+        assert_eq!(ours, 6 * 127);
     }
 
     #[test]

@@ -10,9 +10,18 @@
 //! | `0x180 + n` | estimate | at the publishing rate | [`estimate`] |
 //! | `0x280 + n` | motion | at the publishing rate | [`motion`] |
 //! | `0x380 + n` | ripple | every second | [`ripple`] |
+//! | `0x480 + n` | burst | while one is under way, below a share of the bus | [`burst`] |
+//! | `0x500 + n` | asking, to the block | while a burst is under way | [`burst`] |
+//! | `0x580 + n` | service answer | when asked | [`service`] |
+//! | `0x600 + n` | service request, to the block | | [`service`] |
+//! | `0x680 + n` | state | when it changes, and every second | [`state`](mod@state) |
 //! | `0x700 + n` | heartbeat | every half second | [`heartbeat`] |
 //!
-//! Every frame ends alike:
+//! Bursts take the identifiers of the fourth pair of process data, the last ones free in the predefined set; on a
+//! G474 a burst may go out as CAN FD frames of 64 bytes under the same identifier. The state frame lies between
+//! service and heartbeat, where the set has nothing.
+//!
+//! Every frame but those of service ends alike, those of bursts with a sequence number in place of code and count:
 //!
 //! ```text
 //! byte  6              7
@@ -54,6 +63,7 @@ mod publisher;
 mod reject;
 pub mod ripple;
 pub mod service;
+pub mod state;
 
 pub use alive::Alive;
 pub use checksum::crc32;
@@ -66,3 +76,4 @@ pub use motion::MotionMessage;
 pub use publisher::Publisher;
 pub use reject::Reject;
 pub use ripple::RippleMessage;
+pub use state::{StateMessage, Workings};

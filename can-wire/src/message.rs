@@ -2,8 +2,8 @@
 
 use crate::frame::{self, Kind};
 use crate::{
-    EstimateMessage, FaultMessage, HeartbeatMessage, MotionMessage, NodeId, Reject, RippleMessage, estimate, fault,
-    heartbeat, motion, ripple,
+    EstimateMessage, FaultMessage, HeartbeatMessage, MotionMessage, NodeId, Reject, RippleMessage, StateMessage,
+    estimate, fault, heartbeat, motion, ripple, state,
 };
 
 /// What a frame says, in SI units.
@@ -17,6 +17,8 @@ pub enum Message {
     Motion(MotionMessage),
     /// Ball-pass ripple.
     Ripple(RippleMessage),
+    /// What it works with.
+    State(StateMessage),
     /// Sign of life.
     Heartbeat(HeartbeatMessage),
 }
@@ -29,6 +31,7 @@ impl Message {
             Message::Estimate(_) => Kind::Estimate,
             Message::Motion(_) => Kind::Motion,
             Message::Ripple(_) => Kind::Ripple,
+            Message::State(_) => Kind::State,
             Message::Heartbeat(_) => Kind::Heartbeat,
         }
     }
@@ -40,6 +43,7 @@ impl Message {
             Message::Estimate(m) => m.counter,
             Message::Motion(m) => m.counter,
             Message::Ripple(m) => m.counter,
+            Message::State(m) => m.counter,
             Message::Heartbeat(m) => m.counter,
         }
     }
@@ -58,6 +62,7 @@ pub fn decode(id: u16, data: &[u8]) -> Result<(NodeId, Message), Reject> {
         Kind::Estimate => Message::Estimate(estimate::decode(data)?),
         Kind::Motion => Message::Motion(motion::decode(data)?),
         Kind::Ripple => Message::Ripple(ripple::decode(data)?),
+        Kind::State => Message::State(state::decode(data)?),
         Kind::Heartbeat => Message::Heartbeat(heartbeat::decode(data)?),
     };
     Ok((node, message))

@@ -1,7 +1,7 @@
 //! The sender's side: what the block knows, as frames.
 
 use crate::frame::Kind;
-use crate::{Health, NodeId, RawFrame, estimate, fault, heartbeat, motion, ripple};
+use crate::{Health, NodeId, RawFrame, Workings, estimate, fault, heartbeat, motion, ripple, state};
 use model_core::ripple::Ripple;
 use model_core::sample::{Estimate, Reasons};
 
@@ -57,6 +57,12 @@ impl Publisher {
         ripple::encode(identifier, counter, ripple, wavelength_m)
     }
 
+    /// What the block works with, see [`state`](mod@crate::state).
+    pub fn state(&mut self, workings: &Workings) -> RawFrame {
+        let (identifier, counter) = self.next(Kind::State);
+        state::encode(identifier, counter, workings)
+    }
+
     /// Identifier and counter of the next frame.
     fn next(&mut self, kind: Kind) -> (u16, u8) {
         let slot = &mut self.counters[kind as usize];
@@ -93,6 +99,7 @@ mod tests {
                 publisher.estimate(&estimate),
                 publisher.motion(&estimate),
                 publisher.ripple(None, 0.0143),
+                publisher.state(&Workings::default()),
                 publisher.heartbeat(&health),
             ];
             for (kind, frame) in Kind::ALL.into_iter().zip(frames) {

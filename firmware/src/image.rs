@@ -107,6 +107,7 @@ async fn main(spawner: Spawner) {
         outgoing: OUT.receiver(),
         facts: &FACTS,
         health,
+        image: 0,
         wavelength_m,
         clock: Uptime,
         liveness: &LIVENESS,

@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn five_frames_pass_three_mailboxes() {
+    fn six_frames_pass_three_mailboxes() {
         let mut outbox = Outbox::new();
         let controller = Controller::new();
         for kind in Kind::ALL.into_iter().rev() {
@@ -87,7 +87,7 @@ mod tests {
         assert!(outbox.is_empty());
         controller.transmit(0);
         let ids: Vec<u16> = controller.sent().iter().map(|f| f.id).collect();
-        assert_eq!(ids, [0x81, 0x181, 0x281, 0x381, 0x701]);
+        assert_eq!(ids, [0x81, 0x181, 0x281, 0x381, 0x681, 0x701]);
         assert_eq!(outbox.dropped(), 0);
     }
 

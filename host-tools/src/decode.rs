@@ -216,7 +216,7 @@ impl Joiner {
                 let belongs = reading.estimate.counter == motion.counter;
                 Some(if belongs { Reading { time, motion: Some(motion), ..reading } } else { reading })
             }
-            Message::Fault(_) | Message::Ripple(_) | Message::Heartbeat(_) => None,
+            Message::Fault(_) | Message::Ripple(_) | Message::State(_) | Message::Heartbeat(_) => None,
         }
     }
 

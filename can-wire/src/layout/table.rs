@@ -5,6 +5,7 @@ use crate::fault::error_code;
 use crate::frame::Kind;
 use crate::heartbeat::{BoardKind, NmtState, ResetCause};
 use crate::number::{MAX_U16, NO_I16, NO_U16};
+use crate::service::LimitState;
 use model_core::sample::{Motion, Reason};
 
 /// All frames, highest priority first.
@@ -107,6 +108,21 @@ pub static MESSAGES: [MessageLayout; Kind::ALL.len()] = [
         ],
     },
     MessageLayout {
+        kind: Kind::State,
+        name: "State",
+        comment: "What the block works with, and what has been changed on it. Also sent at once when it changes.",
+        cycle_ms: 1000,
+        signals: &[
+            whole("image", 0, 32, "Hash of the active parameter image; 0: none, the built-in parameters."),
+            whole("changes", 32, 16, "Changes accepted since the start; 65535: that and more."),
+            COUNTER,
+            Signal { values: &LIMITS, ..whole("limits", 52, 2, "On which side of its limits the preload lies.") },
+            whole("unlocked", 54, 1, "The block takes changes."),
+            whole("bursting", 55, 1, "A burst is under way."),
+            CRC,
+        ],
+    },
+    MessageLayout {
         kind: Kind::Heartbeat,
         name: "Heartbeat",
         comment: "Sign of life and what happened to the block. Byte 0 is the CANopen heartbeat.",
@@ -171,13 +187,13 @@ const fn unsigned(
     comment: &'static str,
 ) -> Signal {
     const NOT_AVAILABLE: &[(i32, &str)] = &[(NO_U16 as i32, "not available")];
-    Signal { scale, unit, raw_max: MAX_U16 as i32, values: NOT_AVAILABLE, ..whole(name, start_bit, 16, comment) }
+    Signal { scale, unit, raw_max: MAX_U16 as i64, values: NOT_AVAILABLE, ..whole(name, start_bit, 16, comment) }
 }
 
 /// An i16 that may be not available.
 const fn signed(name: &'static str, start_bit: u8, scale: Scale, unit: &'static str, comment: &'static str) -> Signal {
     const NOT_AVAILABLE: &[(i32, &str)] = &[(NO_I16 as i32, "not available")];
-    const LIMIT: i32 = i16::MAX as i32;
+    const LIMIT: i64 = i16::MAX as i64;
     Signal {
         signed: true,
         scale,
@@ -242,3 +258,4 @@ value_table!(MOTION, Motion);
 value_table!(NMT_STATE, NmtState);
 value_table!(RESET_CAUSE, ResetCause);
 value_table!(BOARD, BoardKind);
+value_table!(LIMITS, LimitState);

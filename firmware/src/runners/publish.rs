@@ -2,7 +2,7 @@
 
 use core::sync::atomic::Ordering;
 
-use can_wire::{Health, Kind, Publisher, RawFrame};
+use can_wire::{Health, Kind, Publisher, RawFrame, Workings};
 use embassy_futures::select::{Either3, select3};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::channel::Receiver;
@@ -23,11 +23,14 @@ const HEARTBEAT_US: u64 = 500_000;
 /// Fault frames while nothing changes, µs.
 const FAULT_US: u64 = 1_000_000;
 
-/// Two fault frames are at least this far apart, µs: reasons that flicker must not fill the bus.
-const FAULT_PAUSE_US: u64 = 100_000;
+/// Two fault or state frames are at least this far apart, µs: reasons that flicker must not fill the bus.
+const PAUSE_US: u64 = 100_000;
 
 /// Ripple frames, µs; half a second off the fault frames.
 const RIPPLE_US: u64 = 1_000_000;
+
+/// State frames while nothing changes, µs; a quarter of a second off the others.
+const STATE_US: u64 = 1_000_000;
 
 /// Log lines, µs.
 const LOG_US: u64 = 1_000_000;
@@ -41,7 +44,7 @@ pub const OUTGOING: usize = 2;
 /// Reports in, frames on the bus; in between those of [`Serve`](crate::runners::serve::Serve), in their order and none
 /// of them displaced.
 ///
-/// Owner of the alive counters of the fault, ripple and heartbeat frames.
+/// Owner of the alive counters of the fault, ripple, state and heartbeat frames.
 pub struct Publish<'a, M: RawMutex, F, C> {
     /// The bus.
     pub sink: F,
@@ -55,6 +58,8 @@ pub struct Publish<'a, M: RawMutex, F, C> {
     pub facts: &'a Facts,
     /// What the heartbeat says; frames dropped and state are filled in here.
     pub health: Health,
+    /// Hash of the active parameter image, 0 without one.
+    pub image: u32,
     /// Travel per ball pass, m, for the ripple frame.
     pub wavelength_m: f32,
     /// Time.
@@ -71,7 +76,8 @@ impl<M: RawMutex, F: FrameSink, C: Clock> Publish<'_, M, F, C> {
         let mut heartbeat = Every::new(HEARTBEAT_US, start_us);
         let mut ripple = Every::new(RIPPLE_US, start_us + RIPPLE_US / 2);
         let mut log = Every::new(LOG_US, start_us + LOG_US);
-        let mut fault = FaultPlan::new(start_us);
+        let mut fault = Plan::<Reasons>::new(start_us, FAULT_US);
+        let mut state = Plan::<Workings>::new(start_us + STATE_US / 4, STATE_US);
         let mut newest: Option<Report> = None;
         let mut serving: Option<RawFrame> = None;
         let mut bus = BusWatch::default();
@@ -80,6 +86,10 @@ impl<M: RawMutex, F: FrameSink, C: Clock> Publish<'_, M, F, C> {
             if heartbeat.is_due(now_us) {
                 self.health.frames_dropped = outbox.dropped();
                 outbox.put(Kind::Heartbeat, self.publisher.heartbeat(&self.health));
+            }
+            let workings = self.workings(newest.as_ref());
+            if state.is_due(now_us, workings) {
+                outbox.put(Kind::State, self.publisher.state(&workings));
             }
             if let Some(report) = &newest {
                 let reasons = report.frames.known.reasons;
@@ -132,6 +142,19 @@ impl<M: RawMutex, F: FrameSink, C: Clock> Publish<'_, M, F, C> {
     }
 }
 
+impl<M: RawMutex, F, C> Publish<'_, M, F, C> {
+    fn workings(&self, newest: Option<&Report>) -> Workings {
+        let preload = newest.and_then(|report| report.frames.known.preload_n);
+        Workings {
+            image: self.image,
+            changes: self.facts.changes.load(Ordering::Relaxed),
+            limits: self.facts.limits().judge(preload.map(|p| p.value)),
+            unlocked: self.facts.unlocked.load(Ordering::Relaxed),
+            bursting: self.facts.bursting.load(Ordering::Relaxed),
+        }
+    }
+}
+
 /// Counts how often the controller has left the bus.
 #[derive(Clone, Copy, Debug, Default)]
 struct BusWatch {
@@ -150,27 +173,27 @@ impl BusWatch {
     }
 }
 
-/// When a fault frame is due: every second, and soon after a change of the reasons.
+/// When a fault or state frame is due: every second, and soon after a change of what it says.
 #[derive(Clone, Copy, Debug)]
-struct FaultPlan {
+struct Plan<T> {
     repeat: Every,
-    told: Option<Reasons>,
+    told: Option<T>,
     not_before_us: u64,
 }
 
-impl FaultPlan {
-    const fn new(now_us: u64) -> Self {
-        FaultPlan { repeat: Every::new(FAULT_US, now_us), told: None, not_before_us: now_us }
+impl<T: PartialEq> Plan<T> {
+    const fn new(first_us: u64, period_us: u64) -> Self {
+        Plan { repeat: Every::new(period_us, first_us), told: None, not_before_us: first_us }
     }
 
-    fn is_due(&mut self, now_us: u64, reasons: Reasons) -> bool {
+    fn is_due(&mut self, now_us: u64, said: T) -> bool {
         if now_us < self.not_before_us {
             return false;
         }
-        let due = self.repeat.is_due(now_us) || self.told != Some(reasons);
+        let due = self.repeat.is_due(now_us) || self.told.as_ref() != Some(&said);
         if due {
-            self.told = Some(reasons);
-            self.not_before_us = now_us + FAULT_PAUSE_US;
+            self.told = Some(said);
+            self.not_before_us = now_us + PAUSE_US;
         }
         due
     }
@@ -202,12 +225,13 @@ fn say(report: &Report, dropped: u32) {
 
 #[cfg(test)]
 mod tests {
+    use can_wire::service::{LimitState, Limits};
     use can_wire::{BoardKind, Message, NodeId, ResetCause, decode};
     use embassy_sync::blocking_mutex::raw::NoopRawMutex;
     use embassy_sync::channel::Channel;
     use model_core::monitor::Monitor;
     use model_core::params::Params;
-    use model_core::sample::{Estimate, Reason};
+    use model_core::sample::{Estimate, Measured, Reason};
 
     use super::*;
     use crate::Frames;
@@ -238,6 +262,7 @@ mod tests {
                 frames_dropped: 0,
                 operational: false,
             },
+            image: 0xABCD,
             wavelength_m: 0.0143,
             clock: desk,
             liveness,
@@ -286,6 +311,8 @@ mod tests {
         // beside estimate, motion and fault or ripple it is the fourth: it waits for a mailbox
         assert_eq!(times(&bus, Kind::Heartbeat), [0, 501, 1001, 1501, 2001, 2501, 3001]);
         assert_eq!(times(&bus, Kind::Ripple), every(500, 1000));
+        // at the first look after it was due
+        assert_eq!(times(&bus, Kind::State), [251, 1251, 2251]);
         assert_eq!(times(&bus, Kind::Fault), [100, 1000, 2000, 3000]);
         let frame = last(&bus, Kind::Heartbeat);
         let Ok((_, Message::Heartbeat(beat))) = decode(frame.id, &frame.data) else { panic!("{frame:?}") };
@@ -304,12 +331,51 @@ mod tests {
         desk.run_watching(1_950_000, both, || bus.transmit(desk.now_us()));
         assert_eq!(times(&bus, Kind::Fault), [100, 1000, 1300]);
 
-        let mut plan = FaultPlan::new(0);
+        let mut plan = Plan::new(0, FAULT_US);
         let mut flicker = Reasons::NONE;
         flicker.insert(Reason::Reversing);
         let told =
             (0..1000).filter(|t| plan.is_due(1000 * t, if t % 2 == 0 { flicker } else { Reasons::NONE })).count();
         assert!(told <= 10, "{told}");
+    }
+
+    #[test]
+    fn what_was_changed_and_where_the_preload_lies_is_told_at_once() {
+        let (desk, bus, liveness) = (Desk::new(), Controller::new(), Liveness::new());
+        let (reports, outgoing, facts) = (Signal::new(), Channel::new(), Facts::new());
+        let mut publisher = Publisher::new(NodeId::FIRST);
+        let mut report = report(&mut publisher, &[]);
+        report.frames.known.preload_n = Some(Measured { value: 1500.0, sigma: 10.0 });
+        let change = async {
+            desk.sleep_until(600_000).await;
+            facts.changes.store(1, Ordering::Relaxed);
+            facts.set_limits(&Limits { warn_below_n: Some(2000), alarm_below_n: Some(1000), ..Limits::OFF });
+            desk.sleep_until(1_500_000).await;
+            reports.signal(report);
+            desk.sleep_until(1_700_000).await;
+            report.frames.known.preload_n = Some(Measured { value: 999.0, sigma: 10.0 });
+            reports.signal(report);
+        };
+        let both =
+            embassy_futures::join::join(change, publish(&desk, &bus, &reports, &outgoing, &facts, &liveness).run());
+        desk.run_watching(2_000_000, both, || bus.transmit(desk.now_us()));
+        let told: Vec<_> = bus
+            .log
+            .borrow()
+            .iter()
+            .filter_map(|(at_us, frame)| match decode(frame.id, &frame.data) {
+                Ok((_, Message::State(m))) => Some((at_us / 1000, m.image, m.changes, m.limits)),
+                _ => None,
+            })
+            .collect();
+        let [first, changed, regular, warned, alarmed] = told[..] else { panic!("{told:?}") };
+        assert_eq!(first, (251, 0xABCD, 0, LimitState::NotJudged));
+        // within the time between two looks
+        assert!((600..=650).contains(&changed.0) && changed.2 == 1, "{changed:?}");
+        assert_eq!((regular.0, regular.2), (1251, 1));
+        // behind estimate, motion and fault it waits for a mailbox
+        assert_eq!((warned.0, warned.3), (1501, LimitState::Warning));
+        assert!((1700..=1701).contains(&alarmed.0) && alarmed.3 == LimitState::Alarm, "{alarmed:?}");
     }
 
     #[test]

@@ -457,6 +457,7 @@ mod tests {
             outgoing: outgoing.receiver(),
             facts: &facts,
             health,
+            image: 0,
             wavelength_m: 0.0143,
             clock: &desk,
             liveness: &liveness,

@@ -15,7 +15,7 @@ pub fn quality(reason: Option<Reason>) -> &'static str {
 }
 
 /// The columns, units in their names.
-pub const COLUMNS: [&str; 22] = [
+pub const COLUMNS: [&str; 27] = [
     "time_s",
     "node",
     "message",
@@ -38,6 +38,11 @@ pub const COLUMNS: [&str; 22] = [
     "reset",
     "boot_count",
     "frames_dropped",
+    "image",
+    "changes",
+    "limits",
+    "unlocked",
+    "bursting",
 ];
 
 /// The header row, without the line's end.
@@ -86,6 +91,16 @@ pub fn row(out: &mut Vec<u8>, decoded: &Decoded) {
             row.number(m.amplitude_n);
             row.number(m.phase_rad);
             row.number(m.wavelength_m);
+        }
+        Message::State(m) => {
+            row.name("state");
+            row.count(m.counter);
+            row.up_to("image");
+            row.count(m.image);
+            row.count(m.changes);
+            row.name(m.limits.name());
+            row.count(u8::from(m.unlocked));
+            row.count(u8::from(m.bursting));
         }
         Message::Heartbeat(m) => {
             row.name("heartbeat");

@@ -22,6 +22,7 @@ enum Body {
     Motion { speed_m_s: Option<f32>, temperature_degc: Option<f32>, motion: &'static str, block_time_us: u32 },
     Fault { reasons: Vec<&'static str>, lost_blocks: u8, error_code: u16, error_register: u8 },
     Ripple { amplitude_n: Option<f32>, phase_rad: Option<f32>, wavelength_m: Option<f32> },
+    State { image: u32, changes: u16, limits: &'static str, unlocked: bool, bursting: bool },
     Heartbeat { state: &'static str, reset: &'static str, board: &'static str, boot_count: u16, frames_dropped: u16 },
 }
 
@@ -49,6 +50,13 @@ pub fn object(decoded: &Decoded) -> String {
         Message::Ripple(m) => {
             Body::Ripple { amplitude_n: m.amplitude_n, phase_rad: m.phase_rad, wavelength_m: m.wavelength_m }
         }
+        Message::State(m) => Body::State {
+            image: m.image,
+            changes: m.changes,
+            limits: m.limits.name(),
+            unlocked: m.unlocked,
+            bursting: m.bursting,
+        },
         Message::Heartbeat(m) => Body::Heartbeat {
             state: m.state.name(),
             reset: m.reset_cause.name(),

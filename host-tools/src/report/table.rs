@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use can_wire::{HeartbeatMessage, Message, NodeId, RippleMessage};
+use can_wire::{HeartbeatMessage, Message, NodeId, RippleMessage, StateMessage};
 use model_core::sample::Reasons;
 
 use super::csv::names;
@@ -25,6 +25,7 @@ pub struct Table {
     joiner: Joiner,
     beats: BTreeMap<NodeId, HeartbeatMessage>,
     faults: BTreeMap<NodeId, (Reasons, u8)>,
+    states: BTreeMap<NodeId, StateMessage>,
 }
 
 impl Table {
@@ -50,6 +51,13 @@ impl Table {
                     names => names,
                 };
                 format!("reasons: {names}; {} blocks of samples lost", fault.lost_blocks)
+            }
+            Message::State(state) => {
+                let said = StateMessage { counter: 0, ..state };
+                if self.states.insert(node, said) == Some(said) {
+                    return None;
+                }
+                workings(&state)
             }
             Message::Ripple(ripple) => ball_pass(&ripple),
         };
@@ -105,6 +113,16 @@ fn heartbeat(beat: &HeartbeatMessage) -> String {
         beat.reset_cause.name(),
         beat.frames_dropped
     )
+}
+
+fn workings(state: &StateMessage) -> String {
+    let image = match state.image {
+        0 => "built-in parameters".to_owned(),
+        hash => format!("image {hash:08X}"),
+    };
+    let lock = if state.unlocked { "unlocked" } else { "locked" };
+    let burst = if state.bursting { ", sends a burst" } else { "" };
+    format!("state: {image}, {} changes, {lock}, limits {}{burst}", state.changes, state.limits.name())
 }
 
 fn ball_pass(ripple: &RippleMessage) -> String {
