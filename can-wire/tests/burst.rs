@@ -235,6 +235,50 @@ fn whoever_only_listens_loses_what_is_lost_and_nothing_else() {
 }
 
 #[test]
+fn what_came_of_a_burst_is_read_before_the_next_one() {
+    // the end of the first burst never comes
+    let mut link = Link::new(8, 0, 0);
+    assert!(link.sender.start(order(40, 0), Cause::Command, 0, 0));
+    let mut frames = Vec::new();
+    for now_ms in 1..3000 {
+        if now_ms % 10 == 0 {
+            let block = sampled(now_ms / 10, &mut link.random);
+            link.sender.append(&block);
+            link.sampled.push(block);
+        }
+        if link.sender.state() == State::Idle {
+            link.sender.start(order(40, 0), Cause::Command, 0, now_ms);
+        }
+        while let Some(frame) = link.sender.next(now_ms) {
+            frames.push(frame);
+            link.receiver.take(&frame).unwrap();
+            while link.receiver.next_record().is_some() {}
+        }
+        if let Some(asking) = link.receiver.ask() {
+            let _ = link.sender.asked(&asking, now_ms);
+        }
+    }
+    let header = |f: &RawFrame| f.data[6] == 0x80 && f.data[0] == 5;
+    let second = frames.iter().skip(1).position(header).unwrap() + 1;
+    // holes in the last window of the first burst
+    let holes = [second - 1, second - 9, second - 20];
+    let (mut listener, mut records) = (Receiver::new(NODE), Vec::new());
+    for (_, frame) in frames.iter().enumerate().filter(|(n, _)| !holes.contains(n)) {
+        listener.take(frame).unwrap();
+        while let Some(record) = listener.next_record() {
+            records.push(record);
+        }
+    }
+    let second = records.iter().skip(1).position(|r| matches!(r, Record::Header(_))).unwrap() + 1;
+    let first: Vec<RawBlock> =
+        records[..second].iter().filter_map(|r| if let Record::Block(b) = r { Some(*b) } else { None }).collect();
+    assert_eq!(first, link.truth(&first));
+    // that the very last segment is missing shows in the trailer that is not there, and nowhere else
+    assert_eq!((first.len(), listener.lost()), (38, 2));
+    assert!(matches!(records[second + 40], Record::Block(_)) && matches!(records[second + 41], Record::Trailer(_)));
+}
+
+#[test]
 fn a_burst_that_nobody_takes_is_given_up_and_the_ring_goes_on() {
     let mut link = Link::new(5, 0, 0);
     link.asks = false;

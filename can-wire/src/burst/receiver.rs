@@ -37,6 +37,9 @@ pub struct Receiver {
     crc: Option<u32>,
     crc_before_record: Option<u32>,
     lost: u32,
+    lost_before: u32,
+    /// the header of the next burst, while what there is of the last one is read
+    following: Option<Segment>,
     ended: bool,
     intact: bool,
     since_asked: u8,
@@ -59,6 +62,8 @@ impl Receiver {
             crc: None,
             crc_before_record: None,
             lost: 0,
+            lost_before: 0,
+            following: None,
             ended: false,
             intact: false,
             since_asked: 0,
@@ -66,7 +71,7 @@ impl Receiver {
         }
     }
 
-    /// Segments of the burst that are lost for good; none ever is where somebody asks for them in time.
+    /// Segments that are lost for good, of all bursts so far; none ever is where somebody asks for them in time.
     pub fn lost(&self) -> u32 {
         self.lost
     }
@@ -113,7 +118,10 @@ impl Receiver {
             let place = self.places.get_mut(usize::from(self.next % PLACES))?;
             let Some(segment) = place.take() else {
                 if ahead(self.next, self.floor) == 0 || self.ended {
-                    return None;
+                    let header = self.following.take()?;
+                    self.begin(pack::number_of_header(&header.bytes)?);
+                    self.place(header);
+                    continue;
                 }
                 self.step();
                 self.stray();
@@ -160,6 +168,12 @@ impl Receiver {
             && let Some(number) = pack::number_of_header(&segment.bytes)
             && self.number != Some(number)
         {
+            if self.is_under_way() {
+                // nothing of the last one is sent any more
+                self.give_up();
+                self.following = Some(segment);
+                return;
+            }
             self.begin(number);
         }
         let distance = ahead(self.next, segment.sequence);
@@ -181,7 +195,8 @@ impl Receiver {
     /// Another burst. What came before its header may be of the burst before: it is asked for again.
     fn begin(&mut self, number: u8) {
         let end = if self.number.is_none() && self.next == 0 { self.end } else { 0 };
-        *self = Receiver { end, number: Some(number), counter: self.counter, ..Receiver::new(self.node) };
+        let (counter, lost) = (self.counter, self.lost);
+        *self = Receiver { end, number: Some(number), counter, lost, lost_before: lost, ..Receiver::new(self.node) };
     }
 
     fn step(&mut self) {
@@ -222,7 +237,7 @@ impl Receiver {
                 self.partial_length = 0;
                 if let Record::Trailer(trailer) = record {
                     self.ended = true;
-                    self.intact = self.lost == 0 && self.crc_before_record == Some(trailer.crc);
+                    self.intact = self.lost == self.lost_before && self.crc_before_record == Some(trailer.crc);
                 }
                 Some(record)
             }

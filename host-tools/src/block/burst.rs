@@ -81,7 +81,7 @@ impl Listening {
         self.receiver.is_intact()
     }
 
-    /// Segments of it that are lost.
+    /// Segments that are lost, of all bursts so far.
     pub fn lost(&self) -> u32 {
         self.receiver.lost()
     }
