@@ -1,5 +1,7 @@
 //! Service messages against a plain second opinion, and step by step.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
 mod reference;
 
 use can_wire::service::{Abort, Action, BlockState, OBJECTS, Object, Server, Settings, UploadState, client};

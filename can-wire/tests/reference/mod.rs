@@ -1,5 +1,7 @@
 //! A plain second opinion on service messages, written from their documentation, and messages to try it with.
 
+#![allow(clippy::expect_used, reason = "a comparison fails by panicking")]
+
 use can_wire::service::{Abort, Action, BlockState, OBJECTS, Server, Settings, Type, UploadState, server};
 use can_wire::{BoardKind, NodeId, RawFrame, ResetCause, crc32};
 
