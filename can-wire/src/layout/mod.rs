@@ -4,9 +4,11 @@
 //! Every offset is 0. Bits that no signal covers are 0. Texts are ASCII without quotes, as DBC wants them.
 
 mod dbc;
+mod exchanges;
 mod table;
 
 pub use dbc::dbc;
+pub use exchanges::{EXCHANGES, ExchangeLayout};
 pub use table::MESSAGES;
 
 use crate::frame::Kind;
@@ -290,6 +292,8 @@ mod tests {
             "BO_ 1023 GuideBlock127_Ripple: 8 GuideBlock127",
             "BO_ 1791 GuideBlock127_State: 8 GuideBlock127",
             "BO_ 1919 GuideBlock127_Heartbeat: 8 GuideBlock127",
+            "BO_ 1279 GuideBlock127_Burst: 8 GuideBlock127",
+            "BO_ 1663 GuideBlock127_Request: 8 Vector__XXX",
             "BA_ \"GenMsgCycleTime\" BO_ 1919 500;",
         ] {
             assert!(text.lines().any(|l| l == line), "{line}");

@@ -139,9 +139,9 @@ pub static MESSAGES: [MessageLayout; Kind::ALL.len()] = [
     },
 ];
 
-const COUNTER: Signal = code("counter", 48, "Alive counter, one more in each frame of this identifier.");
+pub(super) const COUNTER: Signal = code("counter", 48, "Alive counter, one more in each frame of this identifier.");
 
-const CRC: Signal = whole(
+pub(super) const CRC: Signal = whole(
     "crc",
     56,
     8,
@@ -153,7 +153,7 @@ const fn scale(factor: u16, decimals: u8) -> Scale {
 }
 
 /// An unsigned number without unit that uses all its codes.
-const fn whole(name: &'static str, start_bit: u8, length: u8, comment: &'static str) -> Signal {
+pub(super) const fn whole(name: &'static str, start_bit: u8, length: u8, comment: &'static str) -> Signal {
     Signal {
         name,
         start_bit,
