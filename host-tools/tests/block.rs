@@ -198,6 +198,73 @@ fn a_recording_is_appended_to_and_nothing_else_is_touched() {
 }
 
 #[test]
+fn what_arrived_is_on_disk_when_the_recorder_is_killed() {
+    let folder = Folder::new("killed");
+    let run = folder.file("run.csv");
+    let text = log_of_two_bursts(Setup { moves: true, ..Setup::default() }, 300);
+    let lines: Vec<&str> = text.lines().collect();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_guideblock"))
+        .args(["record", "--from", "-", "--out", &run])
+        .stdin(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the binary of this package");
+    let mut pipe = child.stdin.take().expect("piped");
+    let fed = lines[..lines.len() / 3].join("\n") + "\n";
+    std::io::Write::write_all(&mut pipe, fed.as_bytes()).expect("it reads");
+    // every block of which all segments have been fed
+    let expected = fed.matches(" 481#").count() / 6 * 16;
+    let rows = || fs::read_to_string(&run).map_or(0, |text| text.lines().count());
+    for _ in 0..500 {
+        if rows() > expected {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    child.kill().expect("it runs");
+    child.wait().expect("it ends");
+    let (read, losses) = recording::open(Path::new(&run), &[], &[], &recording::silent).expect("a recording");
+    assert!(read.time_s.len() >= expected, "{} rows of {expected}", read.time_s.len());
+    assert_eq!(losses.problems.len(), 0, "{losses:?}");
+    drop(pipe);
+}
+
+#[test]
+#[cfg(unix)]
+fn a_can_interface_is_reached_through_can_utils() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = Folder::new("utils");
+    let (log, run) = (folder.file("bus.log"), folder.file("run.csv"));
+    fs::write(&log, log_of_two_bursts(Setup::default(), 100)).expect("writable");
+    let program = |name: &str, script: String| {
+        let path = folder.file(name);
+        fs::write(&path, format!("#!/bin/sh\n{script}\n")).expect("writable");
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("ours");
+    };
+    program("candump", format!("test \"$*\" = \"-L can7\" && cat {log}"));
+    program("cansend", format!("echo \"$*\" >> {}", folder.file("sent")));
+    let record = |path: String| {
+        let output = Command::new(env!("CARGO_BIN_EXE_guideblock"))
+            .args(["record", "--from", "socketcan:can7", "--out", &run])
+            .env("PATH", path)
+            .stdin(Stdio::null())
+            .output()
+            .expect("the binary of this package");
+        (output.status.code(), String::from_utf8(output.stderr).expect("text"))
+    };
+    let path = format!("{}:{}", folder.0.display(), std::env::var("PATH").expect("a path"));
+    let (status, stderr) = record(path);
+    assert_eq!(status, Some(0), "{stderr}");
+    assert!(stderr.contains("3200 rows of 2 bursts, 0 of them not whole"), "{stderr}");
+    // on a live bus it asks for what it lacks
+    let sent = fs::read_to_string(folder.file("sent")).expect("it spoke");
+    assert!(sent.lines().all(|line| line.starts_with("can7 501#")), "{sent}");
+    let (status, stderr) = record("/nowhere".to_owned());
+    assert_eq!(status, Some(2), "{stderr}");
+    assert!(stderr.contains("candump cannot be started") && stderr.contains("install can-utils"), "{stderr}");
+}
+
+#[test]
 fn eds_prints_what_is_in_the_repository() {
     let (status, stdout, _) = guideblock(&["eds"]);
     assert_eq!(status, Some(0));
