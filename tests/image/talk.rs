@@ -109,6 +109,7 @@ fn the_image_tells_who_it_is_and_takes_changes_at_rest_only() {
             // this release's image has no store yet: it says so instead of pretending
             let error = client.load_image(&[1, 2, 3], |_, _| {}).expect_err("no store");
             assert!(matches!(error, ClientError::NotKept { .. }), "{error}");
+            assert!(matches!(client.save(), Err(ClientError::NotSaved(1))));
             client.write(Field::Restart, objects::RESTART).expect("at rest");
             pass(bus, Duration::from_millis(800));
             let again = Client::new(bus, NodeId::FIRST).identify().expect("answers");

@@ -213,7 +213,10 @@ pub static OBJECTS: [Object; 37] = [
 static TEXTS: [(&str, &str); OBJECTS.len()] = [
     ("Device type", "0: no CiA device profile."),
     ("Error register", "CiA 301: bit 0 any error, 3 temperature, 7 own."),
-    ("Save all parameters", "Write 'save' (0x65766173) to keep limits, period, zero shift and bus load over a reset."),
+    (
+        "Save all parameters",
+        "Write 'save' (0x65766173) to keep limits, period, zero shift and bus load over a reset. Reads 0 when the last attempt failed.",
+    ),
     ("Producer heartbeat time", "ms."),
     ("Vendor-ID", "0: none has been assigned."),
     ("Product code", "Board: 1 stm32f405, 2 stm32g474."),

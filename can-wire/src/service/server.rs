@@ -64,7 +64,7 @@ pub struct BlockState {
 pub enum Action {
     /// Use these settings from now on.
     Apply(Settings),
-    /// Keep the settings over a reset.
+    /// Keep the settings over a reset, then call [`Server::kept`].
     Keep(Settings),
     /// Take the zero of the force, then call [`Server::zeroed`].
     TakeZero,
@@ -113,13 +113,23 @@ pub struct Server {
     unlocked_at_s: Option<u32>,
     changes: u32,
     zero: ZeroState,
+    keeps: bool,
     upload: Upload,
 }
 
 impl Server {
     /// Locked, with these settings. `key` must not be 0, which locks.
     pub const fn new(node: NodeId, key: u32, settings: Settings) -> Self {
-        Server { node, key, settings, unlocked_at_s: None, changes: 0, zero: ZeroState::None, upload: Upload::new() }
+        Server {
+            node,
+            key,
+            settings,
+            unlocked_at_s: None,
+            changes: 0,
+            zero: ZeroState::None,
+            keeps: true,
+            upload: Upload::new(),
+        }
     }
 
     /// What has been set.
@@ -147,6 +157,11 @@ impl Server {
         if self.upload.state == UploadState::Saving {
             self.upload.state = if kept { UploadState::Saved } else { UploadState::Failed };
         }
+    }
+
+    /// The shell has kept the settings, or could not.
+    pub fn kept(&mut self, kept: bool) {
+        self.keeps = kept;
     }
 
     /// The shell has taken the zero: so many sixteenths of a code above the one in use, or none could be taken.
@@ -235,8 +250,8 @@ impl Server {
         match field {
             Field::DeviceType | Field::Vendor => 0,
             Field::ErrorRegister => block.error_register.into(),
-            // reading says that it saves on command
-            Field::Save => 1,
+            // CiA 301: 1, it saves on command; 0, it cannot
+            Field::Save => self.keeps.into(),
             Field::HeartbeatPeriod => HEARTBEAT_MS,
             Field::Product | Field::Board => block.board as u32,
             Field::Revision => {

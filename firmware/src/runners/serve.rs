@@ -204,7 +204,8 @@ impl<M: RawMutex, R: FrameSource, K: Keep, T: Restart, C: Clock> Serve<'_, M, R,
         match action {
             Action::Apply(settings) => self.apply(settings),
             Action::Keep(settings) => {
-                let _ = self.save(Kept::Settings, &settings.to_bytes()).await;
+                let kept = self.save(Kept::Settings, &settings.to_bytes()).await;
+                self.server.kept(kept);
             }
             Action::SaveImage => {
                 let kept = self.save_image().await;
@@ -632,6 +633,12 @@ mod tests {
         let settings = Settings { zero_shift_sixteenths: 216, ..Settings::DELIVERED };
         assert_eq!(seen.settings, [settings]);
         assert_eq!(*seen.kept.borrow(), [(Kept::Settings, settings.to_bytes().to_vec())]);
+        // what was not kept is said
+        let ask = [script[0], script[3], (2_500_000, read(Field::Save))];
+        for (result, value) in [(Ok(()), 1), (Err(KeepError::NoStore), 0)] {
+            let seen = converse(&ask, 4_000_000, u32::MAX, result, |_| false);
+            assert_eq!(seen.replies, [Reply::Taken, Reply::Taken, Reply::Value(value)]);
+        }
         // motion ends it
         let seen = converse(&script[..3], 4_000_000, 1500, Ok(()), |_| false);
         assert_eq!((seen.replies[2], seen.settings.len()), (Reply::Value(0), 0));

@@ -68,6 +68,9 @@ pub enum ClientError {
         /// What became of it.
         state: UploadState,
     },
+    /// The settings were not kept.
+    #[error("node {0}: the settings hold until the next start only: the block could not keep them")]
+    NotSaved(u8),
     /// The zero was not taken.
     #[error("node {0}: no zero was taken: the carriage moved, or more than a tenth of the range pulls at the sensor")]
     NoZero(u8),
@@ -195,6 +198,20 @@ impl<'a> Client<'a> {
         Err(ClientError::NoZero(self.node.get()))
     }
 
+    /// Has the settings kept over a reset.
+    ///
+    /// # Errors
+    /// [`ClientError::NotSaved`]; else as [`write`](Self::write).
+    pub fn save(&mut self) -> Result<(), ClientError> {
+        self.write(Field::Save, objects::SAVE)?;
+        self.pause(Duration::from_millis(100))?;
+        // while it saves a block does not answer
+        match self.read(Field::Save)? {
+            0 => Err(ClientError::NotSaved(self.node.get())),
+            _ => Ok(()),
+        }
+    }
+
     /// Lets time pass on the bus.
     fn pause(&mut self, time: Duration) -> Result<(), ClientError> {
         let end = self.bus.now() + time;
@@ -269,6 +286,16 @@ mod tests {
         let mut client = Client::new(&mut desk, NodeId::FIRST);
         client.unlock(DELIVERED_KEY).expect("the key");
         assert_eq!(client.take_zero().expect("at rest"), 12.0);
+    }
+
+    #[test]
+    fn settings_are_kept_or_it_is_said() {
+        for keeps in [true, false] {
+            let mut desk = Desk::new(Setup { keeps, ..Setup::default() });
+            let mut client = Client::new(&mut desk, NodeId::FIRST);
+            client.unlock(DELIVERED_KEY).expect("the key");
+            assert_eq!(client.save().is_ok(), keeps);
+        }
     }
 
     #[test]

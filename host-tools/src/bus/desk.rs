@@ -173,7 +173,8 @@ impl Desk {
 
     fn carry_out(&mut self, action: Action) {
         match action {
-            Action::Apply(_) | Action::Keep(_) | Action::ClearCounters => {}
+            Action::Apply(_) | Action::ClearCounters => {}
+            Action::Keep(_) => self.server.kept(self.setup.keeps),
             Action::TakeZero => self.zero_at_ms = Some(self.now_ms + 1000),
             Action::SaveImage => self.saved_at_ms = Some(self.now_ms + 300),
             Action::Burst(order) => {

@@ -96,7 +96,10 @@ fn key(text: &str) -> Result<u32, String> {
 /// What a client says, as an exit status: a block that refuses is a check that failed.
 fn of_client(error: ClientError) -> Failure {
     match error {
-        ClientError::Refused { .. } | ClientError::NotKept { .. } | ClientError::NoZero(_) => {
+        ClientError::Refused { .. }
+        | ClientError::NotKept { .. }
+        | ClientError::NotSaved(_)
+        | ClientError::NoZero(_) => {
             say(format_args!("guideblock: {error}"));
             Failure::Check
         }

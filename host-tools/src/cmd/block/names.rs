@@ -92,5 +92,8 @@ pub(super) fn set(client: &mut Client, key: u32, name: &str, value: Option<&str>
         (None, None) => return Err(Failure::Usage(format!("{name} needs a value"))),
     };
     client.unlock(key).map_err(of_client)?;
-    client.write(field, value).map_err(of_client)
+    match field {
+        Field::Save => client.save().map_err(of_client),
+        field => client.write(field, value).map_err(of_client),
+    }
 }
