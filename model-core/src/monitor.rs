@@ -5,6 +5,7 @@
 
 use crate::Error;
 use crate::encoder::Encoder;
+use crate::left_out::Passage;
 use crate::num;
 use crate::params::Params;
 use crate::reduced::{Inversion, OutOfDomain};
@@ -25,6 +26,13 @@ const ROUNDING_COUNTS: i32 = 2;
 /// Largest share of the drag force that inertia may have in the window's mean.
 const INERTIA_SHARE: f32 = 0.01;
 
+/// Part of a mass that was found and is taken off which counts as unknown nevertheless.
+const INERTIA_DOUBT: f32 = 0.1;
+
+/// Mean place of a window's samples behind its newest one, over the counts in it: the counts begin one sample
+/// before the first of 512.
+const MEAN_BEHIND: f32 = 511.0 / 1024.0;
+
 /// Fewer counts than this in a window are no motion that a speed could be read from.
 const STANDSTILL_COUNTS: i32 = 8;
 
@@ -34,6 +42,18 @@ pub struct Monitor {
     params: Params,
     guard_counts: i32,
     wavelengths_per_count: f32,
+    /// mass whose acceleration nothing takes off, kg
+    unknown_mass_kg: f32,
+    left_out: bool,
+}
+
+/// The place and the law's answer behind a trusted estimate: what [`consistency`](crate::consistency) needs beside it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WorkingPoint {
+    /// Mean place of the window, m, from where the block was switched on.
+    pub place_m: f32,
+    /// dlnF_p/dlnF_f of the law.
+    pub per_force: f32,
 }
 
 impl Params {
@@ -43,7 +63,10 @@ impl Params {
     /// Those of [`Params::check`].
     pub fn build(&self) -> Result<Monitor, Error> {
         self.check()?;
+        let own = self.left_out.pull.inertia_kg;
         Ok(Monitor {
+            unknown_mass_kg: if own > 0.0 { INERTIA_DOUBT * own } else { self.moved_mass_kg },
+            left_out: !self.left_out.acting().is_empty(),
             guard_counts: (self.presliding_guard_m / self.calibration.metres_per_count.abs()) as i32,
             wavelengths_per_count: self.calibration.metres_per_count / self.ball_pass_wavelength_m,
             params: *self,
@@ -62,6 +85,7 @@ pub struct State {
     gap: usize,
     /// blocks that never came, since start-up
     lost: u32,
+    working_point: Option<WorkingPoint>,
 }
 
 impl State {
@@ -74,12 +98,18 @@ impl State {
             expected_tick: None,
             gap: 0,
             lost: 0,
+            working_point: None,
         }
     }
 
     /// Blocks that never came since start-up, saturating.
     pub fn lost_blocks(&self) -> u32 {
         self.lost
+    }
+
+    /// What stands behind the newest estimate; `None` when that has no preload.
+    pub fn working_point(&self) -> Option<WorkingPoint> {
+        self.working_point
     }
 
     /// Ball-pass ripple of the drag force, once enough travel has shown it.
@@ -121,7 +151,11 @@ impl Monitor {
         state.gap = state.gap.saturating_sub(1);
         self.track_ripple(state, force_n, step.counts, step.position);
         let due = block.tick.wrapping_add(1).is_multiple_of(u32::from(self.params.publish_every_blocks));
-        due.then(|| self.estimate(state, block.tick))
+        due.then(|| {
+            let (estimate, at) = self.estimate(state, block.tick);
+            state.working_point = at;
+            estimate
+        })
     }
 
     /// What is known when no block came: nothing, and that is said.
@@ -164,7 +198,7 @@ impl Monitor {
         state.ripple.step(drag, middle, travel.abs());
     }
 
-    fn estimate(&self, state: &State, tick: u32) -> Estimate {
+    fn estimate(&self, state: &State, tick: u32) -> (Estimate, Option<WorkingPoint>) {
         let p = &self.params;
         let mut reasons = Reasons::NONE;
         reasons.insert_if(!p.calibrated, Reason::NotCalibrated);
@@ -177,7 +211,7 @@ impl Monitor {
         reasons.insert_if(stuck, Reason::ForceStuck);
         let Some(view) = state.window.view() else {
             reasons.insert(Reason::Settling);
-            return Estimate { reasons, ..self.stale(tick) };
+            return (Estimate { reasons, ..self.stale(tick) }, None);
         };
         let temperature = p.calibration.thermistor.degc(view.temperature_code);
         reasons.insert_if(temperature.is_none(), Reason::TemperatureMissing);
@@ -194,7 +228,7 @@ impl Monitor {
         let steady = encoder_speaks && matches!(motion, Motion::Forward | Motion::Backward);
         let drag = (steady && !at_rail && !stuck).then(|| self.drag(&view, speed));
         let preload = match drag {
-            Some(drag) => self.preload(drag, speed, temperature, &mut reasons),
+            Some(drag) => self.preload(state, &view, drag, speed, temperature, &mut reasons),
             None => {
                 // the viscosity's range is worth telling at standstill too
                 let known = temperature.is_none_or(|t| p.viscosity.at(t).is_some());
@@ -202,15 +236,24 @@ impl Monitor {
                 None
             }
         };
-        Estimate {
+        let preload = preload.filter(|_| reasons.is_empty());
+        let estimate = Estimate {
             tick,
-            preload_n: preload.filter(|_| reasons.is_empty()),
+            preload_n: preload.map(|(preload, _)| preload),
             drag_force_n: drag,
             speed_m_s: encoder_speaks.then_some(speed),
             temperature_degc: temperature,
             motion: if encoder_speaks { motion } else { Motion::Unknown },
             reasons,
-        }
+        };
+        let place_m = || self.place_m(state, &view);
+        (estimate, preload.map(|(_, per_force)| WorkingPoint { place_m: place_m(), per_force }))
+    }
+
+    /// Mean place of the window, m, from where the block was switched on.
+    fn place_m(&self, state: &State, view: &View) -> f32 {
+        (state.encoder.position() as f32 - MEAN_BEHIND * view.counts() as f32)
+            * self.params.calibration.metres_per_count
     }
 
     /// `v = q·counts/T`; its σ from rounding at both ends, `q sqrt(2/12)/T`, and from the quarters' scatter.
@@ -242,17 +285,21 @@ impl Monitor {
         if view.spread() as f32 > allowed {
             return Motion::Accelerating;
         }
-        // acceleration between the outer quarters, whose centres lie 3/4 of the window apart
         let [first, .., last] = view.quarters;
-        let beyond_rounding = ((last - first).abs() - ROUNDING_COUNTS).max(0) as f32;
-        let quarter_s = 0.25 * WINDOW_S;
-        let acceleration =
-            beyond_rounding * self.params.calibration.metres_per_count.abs() / (3.0 * quarter_s * quarter_s);
+        let beyond_rounding = ((last - first).abs() - ROUNDING_COUNTS).max(0);
+        let acceleration = self.acceleration_m_s2(beyond_rounding).abs();
         let force = self.params.calibration.force.newtons(view.force_code).abs();
-        if self.params.moved_mass_kg * acceleration > INERTIA_SHARE * force {
+        if self.unknown_mass_kg * acceleration > INERTIA_SHARE * force {
             return Motion::Accelerating;
         }
         if speed.value > 0.0 { Motion::Forward } else { Motion::Backward }
+    }
+
+    /// Acceleration that makes this difference of counts between the outer quarters, whose centres lie 3/4 of the
+    /// window apart.
+    fn acceleration_m_s2(&self, counts: i32) -> f32 {
+        const QUARTER_S: f32 = 0.25 * WINDOW_S;
+        counts as f32 * self.params.calibration.metres_per_count / (3.0 * QUARTER_S * QUARTER_S)
     }
 
     /// Drag force of the window, positive against the motion, with what its σ consists of.
@@ -275,11 +322,13 @@ impl Monitor {
     /// `(σ_p/F_p)² = S_F²(σ_F²/F_f² + σ_μ²) + S_n²(σ_ν² + σ_V²)`, S the law's elasticities.
     fn preload(
         &self,
+        state: &State,
+        view: &View,
         drag: Measured,
         speed: Measured,
         temperature: Option<f32>,
         reasons: &mut Reasons,
-    ) -> Option<Measured> {
+    ) -> Option<(Measured, f32)> {
         let p = &self.params;
         let v = speed.value.abs();
         reasons.insert_if(drag.value <= 0.0, Reason::ForceAssists);
@@ -290,7 +339,12 @@ impl Monitor {
             return None;
         };
         let contacts = drag.value - p.seals.coulomb_n - p.seals.viscous_n_s_m * v;
-        let Ok(at) = self.invert(contacts, oil.cst * p.viscosity_number_per_cst * v) else {
+        let at = if self.left_out {
+            self.invert_left_out(state, view, contacts, speed.value, oil.cst)
+        } else {
+            self.invert(contacts, oil.cst * p.viscosity_number_per_cst * v)
+        };
+        let Ok(at) = at else {
             reasons.insert_if(drag.value > 0.0, Reason::LoadOutOfRange);
             return None;
         };
@@ -304,7 +358,32 @@ impl Monitor {
         let pace = speed.sigma / v;
         let film = u.viscosity * u.viscosity + warmth * warmth + pace * pace;
         let relative = at.per_force * at.per_force * force + at.per_viscous_speed * at.per_viscous_speed * film;
-        Some(Measured { value: at.preload_n, sigma: at.preload_n * num::sqrt(relative) })
+        Some((Measured { value: at.preload_n, sigma: at.preload_n * num::sqrt(relative) }, at.per_force))
+    }
+
+    /// The inversion with everything that acts beside law and seals.
+    #[inline(never)]
+    fn invert_left_out(
+        &self,
+        state: &State,
+        view: &View,
+        contacts_n: f32,
+        speed_m_s: f32,
+        viscosity_cst: f32,
+    ) -> Result<Inversion<f32>, OutOfDomain> {
+        let p = &self.params;
+        let [first, .., last] = view.quarters;
+        let passage = Passage {
+            speed_m_s,
+            acceleration_m_s2: self.acceleration_m_s2(last - first),
+            force_rate_n_s: state.window.force_change() * p.calibration.force.newtons_per_code
+                / ((BLOCKS - 1) as f32 * BLOCK_PERIOD_S),
+            viscosity_cst,
+            place_m: p.left_out.start_m + self.place_m(state, view),
+            travel_m: view.counts() as f32 * p.calibration.metres_per_count,
+        };
+        p.left_out
+            .invert(&p.law, p.viscosity_number_per_cst, contacts_n, &passage, |force, film| self.invert(force, film))
     }
 
     /// The inversion on its own, so that its cost can be counted in the image.

@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::calibration::Calibration;
+use crate::left_out::LeftOut;
 use crate::quantity::check_f32;
 use crate::reduced::Reduced;
 use crate::reference::zhou_2023;
@@ -37,6 +38,8 @@ pub struct Params {
     pub ball_pass_wavelength_m: f32,
     /// Blocks (10 ms) between two estimates: 10 is 10 Hz, 1 is 100 Hz.
     pub publish_every_blocks: u16,
+    /// What acts beside the law and the seals.
+    pub left_out: LeftOut,
 }
 
 /// Seal drag: `F_seal = coulomb + viscous·abs(V)`.
@@ -116,6 +119,7 @@ impl Params {
         // pitch 93 mm/13 balls (physics.md B.5), twice: the ball centre moves at half the carriage speed
         ball_pass_wavelength_m: 14.3e-3,
         publish_every_blocks: 10,
+        left_out: LeftOut::NOTHING,
     };
 
     /// Checks every field.
@@ -183,7 +187,7 @@ impl Params {
         check_f32("presliding_guard_m", self.presliding_guard_m)?;
         check_f32("ball_pass_wavelength_m", self.ball_pass_wavelength_m)?;
         check_f32("publish_every_blocks", f32::from(self.publish_every_blocks))?;
-        Ok(())
+        self.left_out.check(self.range.preload_from_n)
     }
 }
 
