@@ -148,6 +148,17 @@ fn seal<'a>(record: &ParameterRecord, buffer: &'a mut [u8]) -> Option<&'a [u8]> 
 /// See [`BadRecord`]; the checks come in the order of its variants, but for the node, which is checked before
 /// the parameters.
 pub fn decode(bytes: &[u8]) -> Result<ParameterRecord, BadRecord> {
+    let mut params = Params::ZHOU_2023;
+    let node = decode_into(bytes, &mut params)?;
+    Ok(ParameterRecord { node: node.get(), params })
+}
+
+/// Reads and checks the record at the beginning of `bytes`, its parameters into their place: on the chip no copy of
+/// them has to pass through the stack.
+///
+/// # Errors
+/// As [`decode`]. What is in `params` then means nothing.
+pub fn decode_into(bytes: &[u8], params: &mut Params) -> Result<NodeId, BadRecord> {
     let (header, rest) = bytes.split_first_chunk::<HEADER>().ok_or(BadRecord::Length)?;
     if *header == [0xFF; HEADER] {
         return Err(BadRecord::Erased);
@@ -167,13 +178,16 @@ pub fn decode(bytes: &[u8]) -> Result<ParameterRecord, BadRecord> {
     if CRC32.checksum(covered) != u32::from_le_bytes(*crc) {
         return Err(BadRecord::Crc);
     }
-    let (record, unread) = postcard::take_from_bytes::<ParameterRecord>(body).map_err(|_| BadRecord::Body)?;
-    if !unread.is_empty() {
+    let mut body = postcard::Deserializer::from_bytes(body);
+    // the fields of ParameterRecord, one after the other
+    let node = u8::deserialize(&mut body).map_err(|_| BadRecord::Body)?;
+    Params::deserialize_in_place(&mut body, params).map_err(|_| BadRecord::Body)?;
+    if !body.finalize().map_err(|_| BadRecord::Body)?.is_empty() {
         return Err(BadRecord::Body);
     }
-    NodeId::new(record.node).ok_or(BadRecord::NodeId(record.node))?;
-    record.params.check().map_err(BadRecord::Params)?;
-    Ok(record)
+    let node = NodeId::new(node).ok_or(BadRecord::NodeId(node))?;
+    params.check().map_err(BadRecord::Params)?;
+    Ok(node)
 }
 
 /// Length of the record at the beginning of `bytes`, header and CRC included; read only, nothing is checked but that

@@ -34,7 +34,7 @@ static COPIES: Channel<Mutex, RawBlock, DEPTH> = Channel::new();
 static OUT: Channel<Mutex, RawFrame, OUTGOING> = Channel::new();
 static NOTICES: Signal<Mutex, Order> = Signal::new();
 static TUNING: Signal<Mutex, Set> = Signal::new();
-static SETTINGS: StaticCell<Settings> = StaticCell::new();
+static SETTINGS: ConstStaticCell<Settings> = ConstStaticCell::new(Settings::UNSET);
 static SERVER: StaticCell<Server> = StaticCell::new();
 static SENDER: StaticCell<Sender<RING>> = StaticCell::new();
 static FACTS: Facts = Facts::new();
@@ -61,10 +61,10 @@ const fn number(text: &str) -> u16 {
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let mut board = board::start();
-    let settings = defmt::unwrap!(Settings::load(&board.parameters).ok(), "the built-in parameters do not build");
-    let settings = SETTINGS.init(settings);
+    let settings = SETTINGS.take();
+    defmt::unwrap!(settings.load(&board.parameters).ok(), "the built-in parameters do not build");
     board.ears.listen(settings.node);
-    let params = *settings.monitor.params();
+    let params = settings.monitor.params();
     defmt::info!(
         "guide block {=str} on {=str}: reset by {=str}, start {=u16}; parameter record {=str}, node {=u8}, calibrated {=bool}",
         env!("CARGO_PKG_VERSION"),
@@ -76,6 +76,7 @@ async fn main(spawner: Spawner) {
         params.calibrated
     );
     let wavelength_m = params.ball_pass_wavelength_m;
+    let (publish_every_blocks, zero_code) = (params.publish_every_blocks, params.calibration.force.zero_code);
     let health = Health {
         reset_cause: board.reset_cause,
         board: board::KIND,
@@ -119,8 +120,8 @@ async fn main(spawner: Spawner) {
         reset_cause: board.reset_cause,
         boot_count: board.boot_count,
         active_image: 0,
-        publish_every_blocks: params.publish_every_blocks,
-        zero_code: params.calibration.force.zero_code,
+        publish_every_blocks,
+        zero_code,
     };
     spawner.spawn(defmt::unwrap!(serve(Serve {
         source: board.ears,

@@ -24,6 +24,7 @@
 
 mod batch;
 pub mod calibration;
+pub mod consistency;
 pub mod contact;
 pub mod encoder;
 pub mod exact;

@@ -62,15 +62,9 @@ impl Params {
     /// # Errors
     /// Those of [`Params::check`].
     pub fn build(&self) -> Result<Monitor, Error> {
-        self.check()?;
-        let own = self.left_out.pull.inertia_kg;
-        Ok(Monitor {
-            unknown_mass_kg: if own > 0.0 { INERTIA_DOUBT * own } else { self.moved_mass_kg },
-            left_out: !self.left_out.acting().is_empty(),
-            guard_counts: (self.presliding_guard_m / self.calibration.metres_per_count.abs()) as i32,
-            wavelengths_per_count: self.calibration.metres_per_count / self.ball_pass_wavelength_m,
-            params: *self,
-        })
+        let mut monitor = Monitor { params: *self, ..Monitor::UNSET };
+        monitor.derive()?;
+        Ok(monitor)
     }
 }
 
@@ -125,6 +119,36 @@ impl Default for State {
 }
 
 impl Monitor {
+    /// The published set, not calibrated, and nothing derived from it yet: a place for [`set_up`](Self::set_up).
+    pub const UNSET: Monitor = Monitor {
+        params: Params::ZHOU_2023,
+        guard_counts: 0,
+        wavelengths_per_count: 0.0,
+        unknown_mass_kg: 0.0,
+        left_out: false,
+    };
+
+    /// Builds the model where it lies: `fill` writes the parameters.
+    ///
+    /// # Errors
+    /// What `fill` answers, and those of [`Params::check`]. The model must then be set up anew before it is used.
+    pub fn set_up<T, E: From<Error>>(&mut self, fill: impl FnOnce(&mut Params) -> Result<T, E>) -> Result<T, E> {
+        let told = fill(&mut self.params)?;
+        self.derive()?;
+        Ok(told)
+    }
+
+    fn derive(&mut self) -> Result<(), Error> {
+        let p = &self.params;
+        p.check()?;
+        let own = p.left_out.pull.inertia_kg;
+        self.unknown_mass_kg = if own > 0.0 { INERTIA_DOUBT * own } else { p.moved_mass_kg };
+        self.left_out = !p.left_out.acting().is_empty();
+        self.guard_counts = (p.presliding_guard_m / p.calibration.metres_per_count.abs()) as i32;
+        self.wavelengths_per_count = p.calibration.metres_per_count / p.ball_pass_wavelength_m;
+        Ok(())
+    }
+
     /// The parameters it was built from.
     pub fn params(&self) -> &Params {
         &self.params
@@ -340,7 +364,7 @@ impl Monitor {
         };
         let contacts = drag.value - p.seals.coulomb_n - p.seals.viscous_n_s_m * v;
         let at = if self.left_out {
-            self.invert_left_out(state, view, contacts, speed.value, oil.cst)
+            self.solve_left_out(state, view, contacts, speed.value, oil.cst)
         } else {
             self.invert(contacts, oil.cst * p.viscosity_number_per_cst * v)
         };
@@ -363,7 +387,7 @@ impl Monitor {
 
     /// The inversion with everything that acts beside law and seals.
     #[inline(never)]
-    fn invert_left_out(
+    fn solve_left_out(
         &self,
         state: &State,
         view: &View,
@@ -383,7 +407,7 @@ impl Monitor {
             travel_m: view.counts() as f32 * p.calibration.metres_per_count,
         };
         p.left_out
-            .invert(&p.law, p.viscosity_number_per_cst, contacts_n, &passage, |force, film| self.invert(force, film))
+            .preload(&p.law, p.viscosity_number_per_cst, contacts_n, &passage, |force, film| self.invert(force, film))
     }
 
     /// The inversion on its own, so that its cost can be counted in the image.

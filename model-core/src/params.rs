@@ -10,7 +10,7 @@ use crate::viscosity::ViscosityCubic;
 
 /// Everything the block has to know, as a person or a calibration sets it. SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct Params {
     /// Whether the numbers below were measured for this block. When not, no preload is ever given.
     pub calibrated: bool,
@@ -44,7 +44,7 @@ pub struct Params {
 
 /// Seal drag: `F_seal = coulomb + viscous·abs(V)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct Seals {
     /// Constant part, N.
     pub coulomb_n: f32,
@@ -56,7 +56,7 @@ pub struct Seals {
 ///
 /// The temperature limits are those of the viscosity cubic.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct CalibratedRange {
     /// Lowest speed, m/s.
     pub speed_from_m_s: f32,
@@ -70,7 +70,7 @@ pub struct CalibratedRange {
 
 /// Standard deviations (1 σ) of what the estimate rests on. All are taken as independent.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct Uncertainty {
     /// Zero of the force bridge, N.
     pub force_offset_n: f32,

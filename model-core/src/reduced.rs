@@ -95,7 +95,7 @@ pub struct Local<R> {
 
 /// Constants of one guide with one friction law.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct Reduced<R> {
     /// Convention of the Hersey number.
     pub hersey_speed: HerseySpeed,

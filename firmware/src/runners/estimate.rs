@@ -59,13 +59,13 @@ pub struct Estimate<'a, M: RawMutex, C> {
 impl<M: RawMutex, C: Clock> Estimate<'_, M, C> {
     /// Estimates for ever.
     pub async fn run(mut self) -> ! {
-        let of_record = *self.monitor.params();
+        let of_record = Tunable::of(self.monitor.params());
         let mut period_us = u64::from(of_record.publish_every_blocks) * BLOCK_US;
         let mut stale_at_us = self.clock.now_us() + STALE_AFTER_PERIODS * period_us;
         let mut newest = (0_u32, self.clock.now_us());
         loop {
             if let Some(settings) = self.tuning.try_take() {
-                tune(self.monitor, &of_record, &settings);
+                tune(self.monitor, of_record, &settings);
                 period_us = u64::from(self.monitor.params().publish_every_blocks) * BLOCK_US;
                 stale_at_us = self.clock.now_us() + STALE_AFTER_PERIODS * period_us;
             }
@@ -104,18 +104,41 @@ impl<M: RawMutex, C: Clock> Estimate<'_, M, C> {
     }
 }
 
-/// Puts what was set into the model; where that would make an illegal one, the model stays.
-///
-/// A function of its own, so that its copies of the parameters are not on the stack of every poll.
-#[inline(never)]
-fn tune(monitor: &mut Monitor, of_record: &Params, settings: &Settings) {
-    let mut params = *of_record;
-    params.calibration.force.zero_code += f32::from(settings.zero_shift_sixteenths) / 16.0;
-    if let Some(blocks) = settings.publish_every_blocks {
-        params.publish_every_blocks = blocks;
+/// The parameters that settings change. The whole set is too large for a copy.
+#[derive(Clone, Copy, Debug)]
+struct Tunable {
+    zero_code: f32,
+    publish_every_blocks: u16,
+}
+
+impl Tunable {
+    fn of(params: &Params) -> Tunable {
+        Tunable {
+            zero_code: params.calibration.force.zero_code,
+            publish_every_blocks: params.publish_every_blocks,
+        }
     }
-    if let Ok(tuned) = params.build() {
-        *monitor = tuned;
+
+    fn put_into(self, monitor: &mut Monitor) -> Result<(), model_core::Error> {
+        monitor.set_up(|params| {
+            params.calibration.force.zero_code = self.zero_code;
+            params.publish_every_blocks = self.publish_every_blocks;
+            Ok(())
+        })
+    }
+}
+
+/// Puts what was set into the model; where that would make an illegal one, the model stays.
+#[inline(never)]
+fn tune(monitor: &mut Monitor, of_record: Tunable, settings: &Settings) {
+    let in_use = Tunable::of(monitor.params());
+    let tuned = Tunable {
+        zero_code: of_record.zero_code + f32::from(settings.zero_shift_sixteenths) / 16.0,
+        publish_every_blocks: settings.publish_every_blocks.unwrap_or(of_record.publish_every_blocks),
+    };
+    if tuned.put_into(monitor).is_err() {
+        // legal before, and so again
+        let _ = in_use.put_into(monitor);
     }
 }
 
@@ -268,7 +291,7 @@ mod tests {
     fn a_zero_that_was_taken_moves_the_zero_code() {
         let settings = Settings { zero_shift_sixteenths: -24, ..Settings::DELIVERED };
         let mut tuned = Params::ZHOU_2023.build().unwrap();
-        tune(&mut tuned, &Params::ZHOU_2023, &settings);
+        tune(&mut tuned, Tunable::of(&Params::ZHOU_2023), &settings);
         let before = Params::ZHOU_2023.calibration.force.zero_code;
         assert_eq!(tuned.params().calibration.force.zero_code, before - 1.5);
     }

@@ -23,7 +23,7 @@ const PER_LN_10: f32 = core::f32::consts::LOG10_E;
 
 /// Constant friction of seals, wipers and cage, beside that of [`Seals`](crate::params::Seals).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct SealDrag {
     /// Constant part, N: towards larger positions, towards smaller ones.
     pub coulomb_n: [f32; 2],
@@ -65,7 +65,7 @@ impl SealDrag {
 
 /// Friction that grows with speed and not with load.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct ViscousDrag {
     /// Drag at 0.1 m/s, N: towards larger positions, towards smaller ones.
     pub at_100_mm_s_n: [f32; 2],
@@ -105,7 +105,7 @@ impl ViscousDrag {
 
 /// Friction that differs between the directions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct Asymmetry {
     /// Part of the law's drag that is more towards larger positions and less towards smaller ones.
     pub part: f32,

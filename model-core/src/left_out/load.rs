@@ -17,7 +17,7 @@ pub const LARGEST_RATIO: f32 = 1.4;
 
 /// A known load on the block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct ExternalLoad {
     /// Load, N, signed: while moving towards larger positions, towards smaller ones.
     pub load_n: [f32; 2],

@@ -38,7 +38,7 @@ pub const WAVES: usize = 3;
 
 /// Everything that acts beside the law. SI units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct LeftOut {
     /// Friction of seals, wipers and cage.
     pub seal: SealDrag,

@@ -8,7 +8,7 @@ use crate::quantity::check_f32;
 
 /// The law's own oil, where it is not the block's.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct Oil {
     /// Part of the difference that acts; 0: the law has the block's oil.
     pub part: f32,

@@ -9,7 +9,7 @@ use crate::quantity::check_f32;
 
 /// What pulls at the carriage beside the guide.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct Pull {
     /// Constant part, N, positive where the drive has to push towards larger positions.
     pub force_n: f32,

@@ -13,7 +13,7 @@ pub const KNOTS: usize = 64;
 
 /// A table along the rail.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct RailTable {
     /// What it is a table of.
     pub acts: Acts,

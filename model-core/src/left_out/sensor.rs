@@ -8,7 +8,7 @@ use crate::quantity::check_f32;
 
 /// Errors of the force channel that were found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct Sensor {
     /// Reading without force, N.
     pub offset_n: f32,

@@ -52,7 +52,7 @@ impl LeftOut {
     ///
     /// # Errors
     /// [`OutOfDomain`] as [`Reduced::invert`]; also where what was left out takes the whole force away.
-    pub fn invert(
+    pub fn preload(
         &self,
         law: &Reduced<f32>,
         number_per_cst: f32,
@@ -205,7 +205,7 @@ mod tests {
             for speed_m_s in [0.002, -0.01, 0.05, -0.1f32] {
                 let passage = Passage { speed_m_s, travel_m: 0.32 * speed_m_s, ..PASSAGE };
                 let measured = force(own, &law, preload, &passage) as f32;
-                let got = own.invert(&narrow, 1.0, measured, &passage, |f, b| narrow.invert(f, b)).expect("inside");
+                let got = own.preload(&narrow, 1.0, measured, &passage, |f, b| narrow.invert(f, b)).expect("inside");
                 worst = worst.max((f64::from(got.preload_n) / preload - 1.0).abs());
             }
         }
@@ -241,7 +241,7 @@ mod tests {
         let own = all();
         let law = Params::ZHOU_2023.law;
         for force in [0.0, 1.0, f32::NAN] {
-            assert_eq!(own.invert(&law, 1.0, force, &PASSAGE, |f, b| law.invert(f, b)), Err(OutOfDomain::Force));
+            assert_eq!(own.preload(&law, 1.0, force, &PASSAGE, |f, b| law.invert(f, b)), Err(OutOfDomain::Force));
         }
     }
 }

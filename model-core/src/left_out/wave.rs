@@ -17,7 +17,7 @@ pub const ORDERS: usize = 3;
 
 /// What a wave or a table along the rail is a wave of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Acts {
     /// Relative preload.
@@ -31,7 +31,7 @@ pub enum Acts {
 
 /// A wave along the rail.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct Wave {
     /// What it is a wave of.
     pub acts: Acts,
