@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! between   SB = Σ n_b (m_b - m)²            B - 1 degrees of freedom
-//! within    s² = Σ M2_b/(N - B)              of passages; neighbours correlate by ρ, so f = (1+ρ)/(1-ρ)
+//! within    s² = Σ_b Σ (y_i - m_b)²/(N - B)  of passages; neighbours correlate by ρ, so f = (1+ρ)/(1-ρ)
 //! chance    c² = s² f + σ₀²                  σ₀: what is always there, so that a lucky s² proves nothing
 //! F         = SB/((B - 1) c²)                with B - 1 and n = (N - B)/f · (c²/(s² f))² degrees of freedom
 //! strength  = ((1-b) F^⅓ - (1-a))/√(b F^⅔ + a),  a = 2/9(B - 1), b = 2/9n      Paulson 1942: F as standard deviations
@@ -11,7 +11,8 @@
 //!
 //! Where the level itself may drift (preload does), the axis follows it: level and bin mean share what a passage was off,
 //! `level += follow·(y - level - m_b)`, which leaves a drift to the level and a difference between bins to the bins
-//! however long the block stays in one. ρ, of deviations from means that were estimated from a few passages a bin, comes
+//! however long the block stays in one. What is within bins is then taken from steps, `(y_i - y_i-1)²/2` (von Neumann
+//! 1941), so that an effect that itself grows does not hide behind its own growth. ρ, of deviations from means that were estimated from a few passages a bin, comes
 //! out too small by (1 + 3ρ)/n (Kendall 1954), which is put back.
 //!
 //! A bin that has seen many passages forgets half of them, so that a model that was repaired, or a block that has
@@ -24,6 +25,9 @@ const LEAST: f32 = 3.0;
 
 /// Degrees of freedom of chance from which on there is a judgement.
 const LEAST_FREEDOM: f32 = 8.0;
+
+/// Degrees of freedom that a step from passage to passage is worth: neighbouring steps share one.
+const STEPS_COUNT: f32 = 2.0 / 3.0;
 
 /// Scatter of passages that is always reckoned with, share of the drag. Smaller: a few quiet passages make chance look
 /// small. Larger: it takes more passages to see an effect of the size that is relevant.
@@ -52,22 +56,31 @@ pub struct Finding {
 struct Bin {
     passages: f32,
     mean: f32,
-    /// sum of squared deviations from the mean
+    /// the newest one
+    last: f32,
+    /// sum of squared deviations
     square: f32,
 }
 
-const EMPTY: Bin = Bin { passages: 0.0, mean: 0.0, square: 0.0 };
+const EMPTY: Bin = Bin { passages: 0.0, mean: 0.0, last: 0.0, square: 0.0 };
 
 impl Bin {
-    fn add(&mut self, y: f32) {
+    /// Adds a passage; `step`: count half the squared step from the last one instead of the deviation from the mean.
+    fn add(&mut self, y: f32, step: bool) {
         if self.passages >= FORGET {
             self.passages *= 0.5;
             self.square *= 0.5;
         }
+        let first = self.passages == 0.0;
         self.passages += 1.0;
         let off = y - self.mean;
         self.mean += off / self.passages;
-        self.square += off * (y - self.mean);
+        if !step {
+            self.square += off * (y - self.mean);
+        } else if !first {
+            self.square += 0.5 * (y - self.last) * (y - self.last);
+        }
+        self.last = y;
     }
 
     fn join(self, other: Bin) -> Bin {
@@ -79,6 +92,7 @@ impl Bin {
         Bin {
             passages,
             mean: self.mean + off * other.passages / passages,
+            last: if other.passages > self.passages { other.last } else { self.last },
             square: self.square + other.square + off * off * self.passages * other.passages / passages,
         }
     }
@@ -138,15 +152,16 @@ impl<const N: usize> Bins<N> {
         (self.sum, self.count) = (0.0, 0.0);
         let Some(bin) = self.bins.get_mut(self.at) else { return };
         if bin.passages > 0.0 {
-            let off = y - bin.mean;
+            let off = y - if self.follow > 0.0 { bin.last } else { bin.mean };
             const SHARE: f32 = 1.0 / CORRELATION_MEMORY;
             self.lagged += SHARE * (off * self.before - self.lagged);
             self.squared += SHARE * (off * off - self.squared);
             self.before = off;
-            self.level += self.follow * off;
-            y -= self.follow * off;
+            let rise = self.follow * (y - bin.mean);
+            self.level += rise;
+            y -= rise;
         }
-        bin.add(y);
+        bin.add(y, self.follow > 0.0);
         self.changed = true;
     }
 
@@ -195,13 +210,14 @@ impl<const N: usize> Bins<N> {
             within += bin.square;
         }
         let seen = if self.squared > 0.0 { self.lagged / self.squared } else { 0.0 };
-        let rho = (seen + (1.0 + 3.0 * seen) * bins / passages.max(1.0)).max(0.0).min(0.9);
+        let rho = (seen + (1.0 + 3.0 * seen) * bins / passages.max(1.0)).clamp(0.0, 0.9);
         let longer = (1.0 + rho) / (1.0 - rho);
         let scatter = within / (passages - bins).max(1.0) * longer;
         let variance = scatter + ALWAYS_THERE * ALWAYS_THERE;
         // a ratio of 1e3 is as good as knowing it
         let known = (variance / scatter.max(1e-3 * variance)).max(1.0);
-        let freedom = (passages - bins) / longer * known * known;
+        let worth = if self.follow > 0.0 { STEPS_COUNT } else { 1.0 };
+        let freedom = worth * (passages - bins) / longer * known * known;
         if bins < 2.0 || passages - bins < 2.0 || freedom < LEAST_FREEDOM {
             return Some(None);
         }

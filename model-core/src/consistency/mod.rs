@@ -277,8 +277,8 @@ struct Places {
 impl Places {
     /// The bin of a place, after making room for it.
     fn bin(&mut self, place_m: f32, bins: &mut Bins<PLACES>) -> usize {
-        // no rail is longer; what is no number is at the end too
-        let place_m = place_m.max(-LONGEST_M).min(LONGEST_M);
+        // no rail is longer; what is no number falls on place 0
+        let place_m = place_m.clamp(-LONGEST_M, LONGEST_M);
         const LAST: i32 = PLACES as i32 - 1;
         let mut number = floor(place_m / self.width_m);
         if !self.used {

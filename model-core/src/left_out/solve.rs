@@ -6,15 +6,18 @@
 //! M(p) = 1 + gain + s·asymmetry + load(p) + k(p)·ρ
 //! ```
 //!
-//! N depends on the preload only through load and k, slowly. So `D(p) = C/N(p)` is solved by inserting: twice, then
-//! Aitken's step `N₂ - (N₂ - N₁)²/(N₂ - 2N₁ + N₀)`, then, under a load, once more.
+//! N depends on the preload only through load and k, slowly, so `D(p) = C/n` is inverted for a guessed n, and the secant
+//! through two guesses leads to n = N(p). The last small step goes along the law's own slope.
 
 use super::wave::Acts;
 use super::{LeftOut, Passage};
 use crate::reduced::{Inversion, OutOfDomain, Reduced};
 
-/// Insertions before Aitken's step and after it.
-const INSERTIONS: usize = 3;
+/// Most secant steps.
+const STEPS: usize = 4;
+
+/// Relative step in N from which on the law's slope, known to 1e-3, is as good as another inversion.
+const NEAR: f32 = 1e-3;
 
 /// What the place of a window adds: relative preload, friction (N) and force (N).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -102,22 +105,25 @@ impl LeftOut {
             law_times
         };
         // corrections are small: the first guess is that of a law in proportion to preload
-        let mut n = [constant + place.preload; INSERTIONS];
-        let mut answer = invert(contacts / n[0], with_oil)?;
-        for next in n.iter_mut().skip(1) {
-            *next = correction(&answer);
-            answer = invert(contacts / *next, with_oil)?;
+        let mut n = constant + place.preload;
+        let mut answer = invert(contacts / n, with_oil)?;
+        let mut told = correction(&answer);
+        let mut next = told;
+        for _ in 0..STEPS {
+            let (n_before, told_before) = (n, told);
+            n = next;
+            answer = invert(contacts / n, with_oil)?;
+            told = correction(&answer);
+            // where the line through both meets N = n
+            let slope = ((told - told_before) / (n - n_before)).clamp(-0.5, 0.5);
+            next = if slope.is_finite() { n + (told - n) / (1.0 - slope) } else { told };
+            if (next - n).abs() < NEAR * n.abs() {
+                break;
+            }
         }
-        let [n0, n1, n2] = n;
-        let (step, bend) = (n2 - n1, n2 - 2.0 * n1 + n0);
-        // below that, the last answer is as good as f32 gets
-        if step.abs() < 1e-6 {
-            return Ok(answer);
-        }
-        let next = if bend.abs() < 2.0 * step.abs() { correction(&answer) } else { n2 - step * step / bend };
-        let answer = invert(contacts / next, with_oil)?;
-        // the rise by a load falls with the square of the preload: twenty times less than that of a place is left, not two hundred
-        if self.load.acts() { invert(contacts / correction(&answer), with_oil) } else { Ok(answer) }
+        // the last step is small enough for the law's own slope
+        answer.preload_n -= answer.preload_n * answer.per_force * ((next - n) / n);
+        Ok(answer)
     }
 }
 

@@ -69,7 +69,15 @@ impl Wave {
         // angles of the higher orders by addition
         let (mut s, mut c, mut ws, mut wc) = (s1, c1, ws1, wc1);
         let (mut sum, mut order) = (0.0, 1.0);
-        for (sine, cosine) in self.sine.iter().zip(&self.cosine) {
+        // orders beyond the last one in use cost nothing
+        let orders = if self.sine[2] != 0.0 || self.cosine[2] != 0.0 {
+            3
+        } else if self.sine[1] != 0.0 || self.cosine[1] != 0.0 {
+            2
+        } else {
+            1
+        };
+        for (sine, cosine) in self.sine.iter().zip(&self.cosine).take(orders) {
             let arc = order * angle;
             // below a hundredth of a radian 1 - arc²/6 is exact in f32
             let kept = if arc.abs() < 0.01 { 1.0 - arc * arc * (1.0 / 6.0) } else { ws / arc };
