@@ -4,6 +4,7 @@
 //! not available. Another one: `rejected,` and the reason's name. Counters are checked as on one bus.
 
 use can_wire::{Alive, Message, Reject, decode};
+use model_core::consistency::Axis;
 use model_core::sample::Reason;
 use std::fmt::Display;
 use std::io::{BufRead, BufWriter, Write};
@@ -42,6 +43,16 @@ fn fields(message: &Message) -> Vec<String> {
             number("amplitude_n", m.amplitude_n),
             number("phase_rad", m.phase_rad),
             number("wavelength_m", m.wavelength_m),
+        ],
+        Message::Acting(m) => vec![
+            code("acting", m.acting.names().collect::<Vec<_>>().join(" ")),
+            code("source", m.source.name()),
+        ],
+        Message::Misfit(m) => vec![
+            code("axis", m.axis.map_or("not judged", Axis::name)),
+            number("strength", m.strength),
+            number("share", m.share),
+            number("since_s", m.since_s),
         ],
         Message::State(m) => vec![
             code("image", m.image),

@@ -5,7 +5,7 @@ use core::panic::PanicInfo;
 use can_wire::burst::{Order, Sender};
 use can_wire::service::Settings as Set;
 use can_wire::service::server::{DELIVERED_KEY, Server};
-use can_wire::{Health, Publisher, RawFrame};
+use can_wire::{Beside, Health, Publisher, RawFrame};
 use cortex_m::peripheral::SCB;
 use defmt_rtt as _;
 use embassy_executor::Spawner;
@@ -20,6 +20,7 @@ use firmware::runners::estimate::{Estimate, Report};
 use firmware::runners::publish::{OUTGOING, Publish};
 use firmware::runners::serve::{Identity, RING, Serve};
 use firmware::runners::supervise::Supervise;
+use model_core::consistency::Watch;
 use model_core::monitor::State;
 use model_core::sample::RawBlock;
 use static_cell::{ConstStaticCell, StaticCell};
@@ -39,6 +40,7 @@ static SERVER: StaticCell<Server> = StaticCell::new();
 static SENDER: StaticCell<Sender<RING>> = StaticCell::new();
 static FACTS: Facts = Facts::new();
 static STATE: ConstStaticCell<State> = ConstStaticCell::new(State::new());
+static WATCH: ConstStaticCell<Watch> = ConstStaticCell::new(Watch::new());
 static LIVENESS: Liveness = Liveness::new();
 
 /// Of this firmware.
@@ -75,6 +77,9 @@ async fn main(spawner: Spawner) {
         settings.node.get(),
         params.calibrated
     );
+    let image = settings.image_hash;
+    let beside =
+        Beside { acting: params.left_out.acting(), record: settings.refused.is_none(), calibrated: params.calibrated };
     let wavelength_m = params.ball_pass_wavelength_m;
     let (publish_every_blocks, zero_code) = (params.publish_every_blocks, params.calibration.force.zero_code);
     let health = Health {
@@ -95,6 +100,7 @@ async fn main(spawner: Spawner) {
         monitor: &mut settings.monitor,
         tuning: &TUNING,
         state: STATE.take(),
+        watch: WATCH.take(),
         publisher: Publisher::new(settings.node),
         blocks: BLOCKS.receiver(),
         reports: &REPORTS,
@@ -108,7 +114,8 @@ async fn main(spawner: Spawner) {
         outgoing: OUT.receiver(),
         facts: &FACTS,
         health,
-        image: 0,
+        image,
+        beside,
         wavelength_m,
         clock: Uptime,
         liveness: &LIVENESS,
@@ -119,7 +126,7 @@ async fn main(spawner: Spawner) {
         version: VERSION,
         reset_cause: board.reset_cause,
         boot_count: board.boot_count,
-        active_image: 0,
+        active_image: image,
         publish_every_blocks,
         zero_code,
     };

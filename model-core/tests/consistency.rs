@@ -1,6 +1,8 @@
 //! The watch on the model behind the whole on-board pipeline: a day with nothing concealed gives no misfit, three
 //! concealed effects are reported within a stated travel.
 
+#![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
 use model_core::consistency::{Axis, Consistency, Verdict, Watch};
 use model_core::monitor::{Monitor, State};
 use model_core::params::Params;

@@ -1,6 +1,7 @@
 //! The table itself.
 
 use super::{MessageLayout, Scale, Signal};
+use crate::acting::Source;
 use crate::fault::error_code;
 use crate::frame::Kind;
 use crate::heartbeat::{BoardKind, NmtState, ResetCause};
@@ -95,6 +96,26 @@ pub static MESSAGES: [MessageLayout; Kind::ALL.len()] = [
         ],
     },
     MessageLayout {
+        kind: Kind::Acting,
+        name: "Acting",
+        comment: "What acts beside the drag law in the parameters that the block runs, and where they come from.",
+        cycle_ms: 1000,
+        signals: &[
+            whole("seal", 0, 1, "Friction of seals, wipers and cage."),
+            whole("viscous", 1, 1, "Friction that grows with speed and not with load."),
+            whole("oil", 2, 1, "Oil that the law does not have."),
+            whole("asymmetry", 3, 1, "Friction that differs between the directions."),
+            whole("load", 4, 1, "Known load on the block."),
+            whole("pull", 5, 1, "Force that does not come from the guide."),
+            whole("sensor", 6, 1, "Offset, gain and lag of the force channel."),
+            whole("waves", 7, 1, "Waves along the rail."),
+            whole("rail", 8, 1, "Table along the rail."),
+            COUNTER,
+            Signal { raw_max: 2, values: &SOURCES, ..code("source", 52, "Where the parameters come from.") },
+            CRC,
+        ],
+    },
+    MessageLayout {
         kind: Kind::Ripple,
         name: "Ripple",
         comment: "Ball-pass ripple of the drag force: mean + amplitude*cos(2*pi*position/wavelength - phase).",
@@ -104,6 +125,26 @@ pub static MESSAGES: [MessageLayout; Kind::ALL.len()] = [
             signed("phase", 16, scale(1, 4), "rad", "Phase at position 0. Available exactly when the amplitude is."),
             unsigned("wavelength", 32, scale(1, 3), "mm", "Carriage travel per ball entering the loaded zone."),
             COUNTER,
+            CRC,
+        ],
+    },
+    MessageLayout {
+        kind: Kind::Misfit,
+        name: "Misfit",
+        comment: "Whether the model that the block runs fits what it sees: the axis on which its estimates disagree most.",
+        cycle_ms: 1000,
+        signals: &[
+            unsigned("strength", 0, scale(1, 2), "", "How surely they disagree, in standard deviations."),
+            unsigned("share", 16, scale(1, 2), "%", "By how much they disagree, share of the drag force."),
+            unsigned(
+                "since",
+                32,
+                scale(1, 0),
+                "s",
+                "For how long the model has not fitted. Available exactly while it does not.",
+            ),
+            COUNTER,
+            Signal { raw_max: 4, values: &AXES, ..code("axis", 52, "The axis on which the estimates disagree most.") },
             CRC,
         ],
     },
@@ -138,6 +179,8 @@ pub static MESSAGES: [MessageLayout; Kind::ALL.len()] = [
         ],
     },
 ];
+
+const AXES: [(i32, &str); 5] = [(0, "not judged"), (1, "speed"), (2, "direction"), (3, "position"), (4, "temperature")];
 
 pub(super) const COUNTER: Signal = code("counter", 48, "Alive counter, one more in each frame of this identifier.");
 
@@ -254,6 +297,7 @@ macro_rules! value_table {
     };
 }
 
+value_table!(SOURCES, Source);
 value_table!(MOTION, Motion);
 value_table!(NMT_STATE, NmtState);
 value_table!(RESET_CAUSE, ResetCause);

@@ -6,6 +6,7 @@ use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::channel::Receiver;
 use embassy_sync::signal::Signal;
+use model_core::consistency::{Consistency, Verdict, Watch};
 use model_core::monitor::{Monitor, State};
 use model_core::params::Params;
 use model_core::ripple::Ripple;
@@ -31,6 +32,8 @@ pub struct Report {
     pub lost_blocks: u32,
     /// Ball-pass ripple, if known.
     pub ripple: Option<Ripple>,
+    /// Whether the model fits.
+    pub verdict: Verdict,
 }
 
 /// Blocks in, finished frames out. A report that was not fetched gives way to the next.
@@ -44,6 +47,8 @@ pub struct Estimate<'a, M: RawMutex, C> {
     pub tuning: &'a Signal<M, Settings>,
     /// What samples change, some kilobytes.
     pub state: &'a mut State,
+    /// What it remembers of how the model fits.
+    pub watch: &'a mut Watch,
     /// Makes the frames.
     pub publisher: Publisher,
     /// Where blocks come from.
@@ -61,12 +66,14 @@ impl<M: RawMutex, C: Clock> Estimate<'_, M, C> {
     pub async fn run(mut self) -> ! {
         let of_record = Tunable::of(self.monitor.params());
         let mut period_us = u64::from(of_record.publish_every_blocks) * BLOCK_US;
+        let mut fit = Consistency::new(self.monitor.params());
         let mut stale_at_us = self.clock.now_us() + STALE_AFTER_PERIODS * period_us;
         let mut newest = (0_u32, self.clock.now_us());
         loop {
             if let Some(settings) = self.tuning.try_take() {
                 tune(self.monitor, of_record, &settings);
                 period_us = u64::from(self.monitor.params().publish_every_blocks) * BLOCK_US;
+                fit = Consistency::new(self.monitor.params());
                 stale_at_us = self.clock.now_us() + STALE_AFTER_PERIODS * period_us;
             }
             let wake_us = stale_at_us.min(self.clock.now_us() + REPORT_WITHIN_US / 2);
@@ -76,6 +83,7 @@ impl<M: RawMutex, C: Clock> Estimate<'_, M, C> {
                     let frames = process_block(self.monitor, self.state, &mut self.publisher, &block);
                     if let Some(frames) = frames {
                         stale_at_us = self.clock.now_us() + STALE_AFTER_PERIODS * period_us;
+                        watch_fit(&fit, self.watch, &frames, self.state);
                         self.report(frames, true);
                     }
                 }
@@ -86,6 +94,7 @@ impl<M: RawMutex, C: Clock> Estimate<'_, M, C> {
                     // ticks wrap
                     let stale = self.monitor.stale(tick.wrapping_add(silent_blocks as u32));
                     let frames = Frames::of(stale, &mut self.publisher);
+                    watch_fit(&fit, self.watch, &frames, self.state);
                     self.report(frames, false);
                 }
                 Either::Second(()) => {}
@@ -100,6 +109,7 @@ impl<M: RawMutex, C: Clock> Estimate<'_, M, C> {
             fresh,
             lost_blocks: self.state.lost_blocks(),
             ripple: if fresh { self.state.ripple() } else { None },
+            verdict: self.watch.verdict(),
         });
     }
 }
@@ -113,10 +123,7 @@ struct Tunable {
 
 impl Tunable {
     fn of(params: &Params) -> Tunable {
-        Tunable {
-            zero_code: params.calibration.force.zero_code,
-            publish_every_blocks: params.publish_every_blocks,
-        }
+        Tunable { zero_code: params.calibration.force.zero_code, publish_every_blocks: params.publish_every_blocks }
     }
 
     fn put_into(self, monitor: &mut Monitor) -> Result<(), model_core::Error> {
@@ -140,6 +147,12 @@ fn tune(monitor: &mut Monitor, of_record: Tunable, settings: &Settings) {
         // legal before, and so again
         let _ = in_use.put_into(monitor);
     }
+}
+
+/// One step of the watch on the model, at the publishing rate. A function of its own, so that its cost can be counted.
+#[inline(never)]
+pub fn watch_fit(fit: &Consistency, watch: &mut Watch, frames: &Frames, state: &State) {
+    fit.step(watch, &frames.known, state.working_point());
 }
 
 #[cfg(test)]
@@ -171,6 +184,7 @@ mod tests {
             monitor: &mut monitor,
             tuning: &tuning,
             state: &mut state,
+            watch: &mut Watch::new(),
             publisher: Publisher::new(NodeId::FIRST),
             blocks: blocks.receiver(),
             reports: &reports,
@@ -225,6 +239,7 @@ mod tests {
             monitor: &mut monitor,
             tuning: &tuning,
             state: &mut state,
+            watch: &mut Watch::new(),
             publisher: Publisher::new(NodeId::FIRST),
             blocks: blocks.receiver(),
             reports: &reports,
@@ -259,6 +274,7 @@ mod tests {
             monitor: &mut monitor,
             tuning: &tuning,
             state: &mut state,
+            watch: &mut Watch::new(),
             publisher: Publisher::new(NodeId::FIRST),
             blocks: blocks.receiver(),
             reports: &reports,

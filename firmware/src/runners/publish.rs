@@ -2,7 +2,7 @@
 
 use core::sync::atomic::Ordering;
 
-use can_wire::{Health, Kind, Publisher, RawFrame, Workings};
+use can_wire::{Beside, Health, Kind, Publisher, RawFrame, Workings};
 use embassy_futures::select::{Either3, select3};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::channel::Receiver;
@@ -32,6 +32,12 @@ const RIPPLE_US: u64 = 1_000_000;
 /// State frames while nothing changes, µs; a quarter of a second off the others.
 const STATE_US: u64 = 1_000_000;
 
+/// Misfit frames, µs; three quarters of a second behind the fault frames.
+const MISFIT_US: u64 = 1_000_000;
+
+/// Acting frames, µs; three eighths of a second behind the fault frames.
+const ACTING_US: u64 = 1_000_000;
+
 /// Log lines, µs.
 const LOG_US: u64 = 1_000_000;
 
@@ -44,7 +50,7 @@ pub const OUTGOING: usize = 2;
 /// Reports in, frames on the bus; in between those of [`Serve`](crate::runners::serve::Serve), in their order and none
 /// of them displaced.
 ///
-/// Owner of the alive counters of the fault, ripple, state and heartbeat frames.
+/// Owner of the alive counters of the fault, acting, ripple, misfit, state and heartbeat frames.
 pub struct Publish<'a, M: RawMutex, F, C> {
     /// The bus.
     pub sink: F,
@@ -62,6 +68,8 @@ pub struct Publish<'a, M: RawMutex, F, C> {
     pub image: u32,
     /// Travel per ball pass, m, for the ripple frame.
     pub wavelength_m: f32,
+    /// What the acting frame says.
+    pub beside: Beside,
     /// Time.
     pub clock: C,
     /// Signs of life.
@@ -75,6 +83,8 @@ impl<M: RawMutex, F: FrameSink, C: Clock> Publish<'_, M, F, C> {
         let mut outbox = Outbox::new();
         let mut heartbeat = Every::new(HEARTBEAT_US, start_us);
         let mut ripple = Every::new(RIPPLE_US, start_us + RIPPLE_US / 2);
+        let mut misfit = Every::new(MISFIT_US, start_us + 3 * MISFIT_US / 4);
+        let mut acting = Every::new(ACTING_US, start_us + 3 * ACTING_US / 8);
         let mut log = Every::new(LOG_US, start_us + LOG_US);
         let mut fault = Plan::<Reasons>::new(start_us, FAULT_US);
         let mut state = Plan::<Workings>::new(start_us + STATE_US / 4, STATE_US);
@@ -91,6 +101,10 @@ impl<M: RawMutex, F: FrameSink, C: Clock> Publish<'_, M, F, C> {
             if state.is_due(now_us, workings) {
                 outbox.put(Kind::State, self.publisher.state(&workings));
             }
+            // also while no report comes: which parameters it has does not depend on samples
+            if acting.is_due(now_us) {
+                outbox.put(Kind::Acting, self.publisher.acting(&self.beside));
+            }
             if let Some(report) = &newest {
                 let reasons = report.frames.known.reasons;
                 if fault.is_due(now_us, reasons) {
@@ -100,6 +114,10 @@ impl<M: RawMutex, F: FrameSink, C: Clock> Publish<'_, M, F, C> {
                 }
                 if ripple.is_due(now_us) {
                     outbox.put(Kind::Ripple, self.publisher.ripple(report.ripple, self.wavelength_m));
+                }
+                if misfit.is_due(now_us) {
+                    let tick = report.frames.known.tick;
+                    outbox.put(Kind::Misfit, self.publisher.misfit(&report.verdict, tick));
                 }
                 if log.is_due(now_us) {
                     say(report, outbox.dropped());
@@ -229,6 +247,8 @@ mod tests {
     use can_wire::{BoardKind, Message, NodeId, ResetCause, decode};
     use embassy_sync::blocking_mutex::raw::NoopRawMutex;
     use embassy_sync::channel::Channel;
+    use model_core::consistency::Verdict;
+    use model_core::left_out::Acting;
     use model_core::monitor::Monitor;
     use model_core::params::Params;
     use model_core::sample::{Estimate, Measured, Reason};
@@ -264,6 +284,7 @@ mod tests {
             },
             image: 0xABCD,
             wavelength_m: 0.0143,
+            beside: Beside { acting: Acting::NONE, record: true, calibrated: true },
             clock: desk,
             liveness,
         }
@@ -273,7 +294,13 @@ mod tests {
         let mut known: Estimate = monitor().stale(0);
         known.reasons = Reasons::NONE;
         reasons.iter().for_each(|r| known.reasons.insert(*r));
-        Report { frames: Frames::of(known, publisher), fresh: true, lost_blocks: 2, ripple: None }
+        Report {
+            frames: Frames::of(known, publisher),
+            fresh: true,
+            lost_blocks: 2,
+            ripple: None,
+            verdict: Verdict::NONE,
+        }
     }
 
     /// Reports every 100 ms, with the reasons that `reasons` names for that time in ms.
@@ -314,6 +341,8 @@ mod tests {
         // at the first look after it was due
         assert_eq!(times(&bus, Kind::State), [251, 1251, 2251]);
         assert_eq!(times(&bus, Kind::Fault), [100, 1000, 2000, 3000]);
+        assert_eq!(times(&bus, Kind::Misfit), every(751, 1000));
+        assert_eq!(times(&bus, Kind::Acting), every(401, 1000));
         let frame = last(&bus, Kind::Heartbeat);
         let Ok((_, Message::Heartbeat(beat))) = decode(frame.id, &frame.data) else { panic!("{frame:?}") };
         assert_eq!((beat.boot_count, beat.frames_dropped, beat.counter), (3, 0, 6));
@@ -408,7 +437,8 @@ mod tests {
         assert_eq!(newest.counter, (50 - 1) % 16);
         let frame = last(&bus, Kind::Heartbeat);
         let Ok((_, Message::Heartbeat(beat))) = decode(frame.id, &frame.data) else { panic!("{frame:?}") };
-        // displaced by then: 48 or 49 estimates and motions, 9 heartbeats, 4 ripples, 5 faults
-        assert!((110..=120).contains(&beat.frames_dropped), "{}", beat.frames_dropped);
+        // displaced by then: 48 or 49 estimates and motions, 9 heartbeats, 4 ripples, 4 misfits, 4 images,
+        // 5 faults
+        assert!((118..=128).contains(&beat.frames_dropped), "{}", beat.frames_dropped);
     }
 }

@@ -327,9 +327,10 @@ mod tests {
     use can_wire::burst::{Receiver, Record};
     use can_wire::service::server::DELIVERED_KEY;
     use can_wire::service::{Abort, Field, OBJECTS, Object, UploadState, client, client::Reply};
-    use can_wire::{Health, NodeId, Publisher, crc32};
+    use can_wire::{Beside, Health, NodeId, Publisher, crc32};
     use embassy_sync::blocking_mutex::raw::NoopRawMutex;
     use embassy_sync::channel::Channel;
+    use model_core::left_out::Acting;
     use model_core::sample::SAMPLES_PER_BLOCK;
     use std::cell::{Cell, RefCell};
     use std::rc::Rc;
@@ -459,6 +460,7 @@ mod tests {
             facts: &facts,
             health,
             image: 0,
+            beside: Beside { acting: Acting::NONE, record: false, calibrated: false },
             wavelength_m: 0.0143,
             clock: &desk,
             liveness: &liveness,

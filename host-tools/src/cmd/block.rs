@@ -12,6 +12,7 @@ use can_wire::service::server::DELIVERED_KEY;
 use can_wire::service::{Field, objects};
 use host_tools::block::{Client, ClientError};
 use host_tools::bus::{self, Source};
+use host_tools::report::csv::hash;
 
 use super::progress::Bar;
 use super::record::{Target, of_bus};
@@ -155,7 +156,7 @@ fn identify(client: &mut Client, json: bool) -> Result<(), Failure> {
     writeln!(out, "node,{}\nboard,{}\nserial,{:08X}", identity.node, identity.board, identity.serial)?;
     writeln!(out, "unique,{high:08X}{middle:08X}{low:08X}\nfirmware,{major}.{minor}.{patch}")?;
     writeln!(out, "starts,{}\nreset_cause,{}", identity.starts, identity.reset_cause)?;
-    writeln!(out, "active_image,{:08X}\nchanges,{}", identity.active_image, identity.changes)?;
+    writeln!(out, "active_image,{}\nchanges,{}", hash(identity.active_image), identity.changes)?;
     writeln!(out, "unlocked,{}", identity.unlocked)?;
     Ok(out.flush()?)
 }

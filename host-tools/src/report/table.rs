@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use can_wire::{HeartbeatMessage, Message, NodeId, RippleMessage, StateMessage};
+use can_wire::{ActingMessage, HeartbeatMessage, Message, MisfitMessage, NodeId, RippleMessage, StateMessage};
+use model_core::consistency::Axis;
 use model_core::sample::Reasons;
 
-use super::csv::names;
+use super::csv::{hash, names};
 use crate::candump::Micros;
 use crate::decode::{Decoded, Joiner, Reading};
 
@@ -26,6 +27,8 @@ pub struct Table {
     beats: BTreeMap<NodeId, HeartbeatMessage>,
     faults: BTreeMap<NodeId, (Reasons, u8)>,
     states: BTreeMap<NodeId, StateMessage>,
+    misfits: BTreeMap<NodeId, (Option<Axis>, bool)>,
+    actings: BTreeMap<NodeId, ActingMessage>,
 }
 
 impl Table {
@@ -60,6 +63,21 @@ impl Table {
                 workings(&state)
             }
             Message::Ripple(ripple) => ball_pass(&ripple),
+            Message::Misfit(misfit) => {
+                // numbers flicker; what counts is whether and on which axis
+                let said = (misfit.axis, misfit.since_s.is_some());
+                if self.misfits.insert(node, said) == Some(said) {
+                    return None;
+                }
+                fit(&misfit)
+            }
+            Message::Acting(acting) => {
+                let said = ActingMessage { counter: 0, ..acting };
+                if self.actings.insert(node, said) == Some(said) {
+                    return None;
+                }
+                parameters(&acting)
+            }
         };
         Some(format!("{:>14}  {:>4}  {text}", seconds(time), node.get()))
     }
@@ -118,11 +136,28 @@ fn heartbeat(beat: &HeartbeatMessage) -> String {
 fn workings(state: &StateMessage) -> String {
     let image = match state.image {
         0 => "built-in parameters".to_owned(),
-        hash => format!("image {hash:08X}"),
+        image => format!("image {}", hash(image)),
     };
     let lock = if state.unlocked { "unlocked" } else { "locked" };
     let burst = if state.bursting { ", sends a burst" } else { "" };
     format!("state: {image}, {} changes, {lock}, limits {}{burst}", state.changes, state.limits.name())
+}
+
+fn fit(misfit: &MisfitMessage) -> String {
+    let (Some(axis), Some(strength), Some(share)) = (misfit.axis, misfit.strength, misfit.share) else {
+        return "model: too little motion seen to judge it".to_owned();
+    };
+    let how = format!("{strength:.1} sigma, {:.1} % of the drag, over {}", 100.0 * share, axis.name());
+    match misfit.since_s {
+        Some(since) => format!("model does NOT fit, for {since:.0} s: {how}"),
+        None => format!("model fits; most: {how}"),
+    }
+}
+
+fn parameters(message: &ActingMessage) -> String {
+    let acting: Vec<_> = message.acting.names().collect();
+    let acting = if acting.is_empty() { "the law alone".to_owned() } else { format!("law with {}", acting.join(", ")) };
+    format!("parameters {}: {acting}", message.source.name())
 }
 
 fn ball_pass(ripple: &RippleMessage) -> String {

@@ -2,6 +2,7 @@
 
 use can_wire::service::{Field, objects};
 use host_tools::block::{Client, object};
+use host_tools::report::csv::hash;
 
 use super::of_client;
 use crate::cmd::Failure;
@@ -68,7 +69,8 @@ pub(super) fn shown(field: Field, value: u32) -> String {
     match field {
         field if is_limit(field) && value == 0xFFFF => "off".to_owned(),
         Field::ZeroShift => (f64::from(value as u16 as i16) / 16.0).to_string(),
-        Field::Serial | Field::ImageActive => format!("{value:08X}"),
+        Field::Serial => format!("{value:08X}"),
+        Field::ImageActive => hash(value),
         _ => value.to_string(),
     }
 }
