@@ -70,6 +70,7 @@ pub const RANGES: [Range; 44] = [
 ];
 
 /// The row of [`RANGES`] with this name.
+#[inline(never)]
 pub fn range(name: &str) -> Option<&'static Range> {
     RANGES.iter().find(|r| r.name == name)
 }
@@ -92,6 +93,7 @@ pub fn check(name: &'static str, value: f64) -> Result<(), Error> {
 ///
 /// # Errors
 /// As [`check`].
+#[inline(never)]
 pub fn check_f32(name: &'static str, value: f32) -> Result<(), Error> {
     match range(name) {
         Some(r) if value >= r.min as f32 && value <= r.max as f32 => Ok(()),

@@ -20,6 +20,9 @@
 
 use crate::num;
 
+/// Most bins of an axis.
+pub(super) const MOST: usize = 32;
+
 /// Passages a bin has before it counts. Fewer: one bad passage is a bin's mean.
 const LEAST: f32 = 3.0;
 
@@ -100,8 +103,8 @@ impl Bin {
 
 /// The bins of one axis and the passage under way.
 #[derive(Clone, Copy, Debug)]
-pub struct Bins<const N: usize> {
-    bins: [Bin; N],
+pub struct Bins {
+    bins: [Bin; MOST],
     /// bin of the passage under way; its sum and number of estimates
     at: usize,
     sum: f32,
@@ -110,33 +113,32 @@ pub struct Bins<const N: usize> {
     before: f32,
     lagged: f32,
     squared: f32,
-    /// what the level takes of a deviation
-    follow: f32,
     level: f32,
     changed: bool,
 }
 
-impl<const N: usize> Bins<N> {
-    /// Nothing seen. `follow`: what the level takes of a passage's deviation, 0 where it is not followed.
-    pub(super) const fn new(follow: f32) -> Self {
+impl Bins {
+    /// Nothing seen. All zeros, so that the chip needs no copy of it in flash.
+    pub(super) const fn new() -> Self {
         Bins {
-            bins: [EMPTY; N],
+            bins: [EMPTY; MOST],
             at: 0,
             sum: 0.0,
             count: 0.0,
             before: 0.0,
             lagged: 0.0,
             squared: 0.0,
-            follow,
             level: 0.0,
             changed: false,
         }
     }
 
-    /// Takes an estimate in a bin; one in another bin, or too many, end the passage.
-    pub(super) fn take(&mut self, bin: usize, y: f32) {
+    /// Takes an estimate in a bin; one in another bin, or too many, end the passage. `follow`: what the level takes of a
+    /// passage's deviation, 0 where it is not followed.
+    #[inline(never)]
+    pub(super) fn take(&mut self, bin: usize, y: f32, follow: f32) {
         if bin != self.at || self.count >= LONGEST {
-            self.interrupt();
+            self.interrupt(follow);
         }
         self.at = bin;
         self.sum += y;
@@ -144,7 +146,8 @@ impl<const N: usize> Bins<N> {
     }
 
     /// Ends the passage.
-    pub(super) fn interrupt(&mut self) {
+    #[inline(never)]
+    pub(super) fn interrupt(&mut self, follow: f32) {
         if self.count == 0.0 {
             return;
         }
@@ -152,16 +155,16 @@ impl<const N: usize> Bins<N> {
         (self.sum, self.count) = (0.0, 0.0);
         let Some(bin) = self.bins.get_mut(self.at) else { return };
         if bin.passages > 0.0 {
-            let off = y - if self.follow > 0.0 { bin.last } else { bin.mean };
+            let off = y - if follow > 0.0 { bin.last } else { bin.mean };
             const SHARE: f32 = 1.0 / CORRELATION_MEMORY;
             self.lagged += SHARE * (off * self.before - self.lagged);
             self.squared += SHARE * (off * off - self.squared);
             self.before = off;
-            let rise = self.follow * (y - bin.mean);
+            let rise = follow * (y - bin.mean);
             self.level += rise;
             y -= rise;
         }
-        bin.add(y, self.follow > 0.0);
+        bin.add(y, follow > 0.0);
         self.changed = true;
     }
 
@@ -169,8 +172,8 @@ impl<const N: usize> Bins<N> {
     pub(super) fn used(&self) -> (usize, usize) {
         let in_use =
             |n: &usize| (self.count > 0.0 && *n == self.at) || self.bins.get(*n).is_some_and(|bin| bin.passages > 0.0);
-        let first = (0..N).find(in_use).unwrap_or(N / 2);
-        (first, (0..N).rev().find(in_use).unwrap_or(first))
+        let first = (0..MOST).find(in_use).unwrap_or(MOST / 2);
+        (first, (0..MOST).rev().find(in_use).unwrap_or(first))
     }
 
     /// Moves every bin up by `by` places; those in use must stay inside.
@@ -180,13 +183,13 @@ impl<const N: usize> Bins<N> {
             let from = n as i32 - by;
             *bin = usize::try_from(from).ok().and_then(|from| old.get(from)).copied().unwrap_or(EMPTY);
         }
-        self.at = (self.at as i32 + by).clamp(0, N as i32 - 1) as usize;
+        self.at = (self.at as i32 + by).clamp(0, MOST as i32 - 1) as usize;
     }
 
     /// Joins neighbours into bins of double width; `odd` is 1 where the first bin is the second of its pair.
     pub(super) fn merge_pairs(&mut self, odd: usize) {
         let old = self.bins;
-        self.bins = [EMPTY; N];
+        self.bins = [EMPTY; MOST];
         for (n, bin) in old.into_iter().enumerate() {
             if let Some(pair) = self.bins.get_mut((n + odd) / 2) {
                 *pair = pair.join(bin);
@@ -197,7 +200,8 @@ impl<const N: usize> Bins<N> {
 
     /// What the axis shows now: `None` where no passage ended since the last call, `Some(None)` where too little was
     /// seen.
-    pub(super) fn evaluate(&mut self) -> Option<Option<Finding>> {
+    #[inline(never)]
+    pub(super) fn evaluate(&mut self, follow: f32) -> Option<Option<Finding>> {
         if !core::mem::take(&mut self.changed) {
             return None;
         }
@@ -216,7 +220,7 @@ impl<const N: usize> Bins<N> {
         let variance = scatter + ALWAYS_THERE * ALWAYS_THERE;
         // a ratio of 1e3 is as good as knowing it
         let known = (variance / scatter.max(1e-3 * variance)).max(1.0);
-        let worth = if self.follow > 0.0 { STEPS_COUNT } else { 1.0 };
+        let worth = if follow > 0.0 { STEPS_COUNT } else { 1.0 };
         let freedom = worth * (passages - bins) / longer * known * known;
         if bins < 2.0 || passages - bins < 2.0 || freedom < LEAST_FREEDOM {
             return Some(None);
@@ -240,6 +244,8 @@ mod tests {
     use super::super::{RELEVANT, SIGNIFICANT};
     use super::*;
 
+    const FOLLOWED: f32 = 0.0;
+
     struct Random(u64);
 
     impl Random {
@@ -260,13 +266,13 @@ mod tests {
         for bins in [2usize, 8, 16] {
             let (mut sum, mut square, mut beyond, runs) = (0.0f64, 0.0f64, 0, 4000);
             for _ in 0..runs {
-                let mut axis = Bins::<16>::new(0.0);
+                let mut axis = Bins::new();
                 for n in 0..20 * bins {
                     // far above what is always there
-                    axis.take(n * 7 % bins, 0.1 * random.normal());
-                    axis.interrupt();
+                    axis.take(n * 7 % bins, 0.1 * random.normal(), FOLLOWED);
+                    axis.interrupt(FOLLOWED);
                 }
-                let found = axis.evaluate().flatten().expect("enough");
+                let found = axis.evaluate(FOLLOWED).flatten().expect("enough");
                 sum += f64::from(found.strength);
                 square += f64::from(found.strength) * f64::from(found.strength);
                 beyond += usize::from(found.strength > 3.0);
@@ -282,15 +288,15 @@ mod tests {
     #[test]
     fn share_is_the_planted_one() {
         let mut random = Random(9);
-        let mut axis = Bins::<16>::new(0.0);
+        let mut axis = Bins::new();
         for n in 0..160 {
             let bin = n % 8;
-            axis.take(bin, 0.002 * random.normal() + if bin < 4 { 0.02 } else { -0.02 });
+            axis.take(bin, 0.002 * random.normal() + if bin < 4 { 0.02 } else { -0.02 }, FOLLOWED);
         }
-        axis.interrupt();
-        let found = axis.evaluate().flatten().expect("enough");
+        axis.interrupt(FOLLOWED);
+        let found = axis.evaluate(FOLLOWED).flatten().expect("enough");
         assert!((found.share - 0.02).abs() < 0.001 && found.strength > 8.0, "{found:?}");
-        assert_eq!(axis.evaluate(), None);
+        assert_eq!(axis.evaluate(FOLLOWED), None);
     }
 
     #[test]
@@ -299,13 +305,13 @@ mod tests {
         let mut random = Random(5);
         let (mut alarms, runs) = (0, 300);
         for _ in 0..runs {
-            let mut axis = Bins::<16>::new(0.0);
+            let mut axis = Bins::new();
             let mut slow = 0.0;
             for n in 0..320 {
                 slow = 0.9 * slow + 0.435_9 * random.normal();
-                axis.take(n / 20, 0.005 * slow);
-                axis.interrupt();
-                let found = axis.evaluate().flatten();
+                axis.take(n / 20, 0.005 * slow, FOLLOWED);
+                axis.interrupt(FOLLOWED);
+                let found = axis.evaluate(FOLLOWED).flatten();
                 if found.is_some_and(|f| f.strength >= SIGNIFICANT && f.share >= RELEVANT) {
                     alarms += 1;
                     break;
@@ -319,14 +325,18 @@ mod tests {
     fn a_drift_is_the_level_s_and_a_difference_the_bins() {
         let mut random = Random(7);
         for difference in [0.0, 0.03] {
-            let mut axis = Bins::<16>::new(1.0 / 16.0);
+            let mut axis = Bins::new();
             for n in 0..400 {
                 // long stays in a bin, and a level that falls by 4 %
                 let bin = n / 25 % 4;
-                axis.take(bin, 0.002 * random.normal() - 0.000_1 * n as f32 + difference * (bin % 2) as f32);
-                axis.interrupt();
+                axis.take(
+                    bin,
+                    0.002 * random.normal() - 0.000_1 * n as f32 + difference * (bin % 2) as f32,
+                    1.0 / 16.0,
+                );
+                axis.interrupt(1.0 / 16.0);
             }
-            let found = axis.evaluate().flatten().expect("enough");
+            let found = axis.evaluate(1.0 / 16.0).flatten().expect("enough");
             assert!((found.share - 0.5 * difference).abs() < 0.004, "{found:?}");
             assert_eq!(found.strength > 5.0, difference > 0.0, "{found:?}");
         }
@@ -334,14 +344,14 @@ mod tests {
 
     #[test]
     fn bins_move_and_merge_without_losing_a_passage() {
-        let mut axis = Bins::<16>::new(0.0);
+        let mut axis = Bins::new();
         for n in 4..9 {
             for k in 0..3 {
-                axis.take(n, n as f32 + 0.1 * k as f32);
-                axis.interrupt();
+                axis.take(n, n as f32 + 0.1 * k as f32, FOLLOWED);
+                axis.interrupt(FOLLOWED);
             }
         }
-        let total = |axis: &Bins<16>| axis.bins.iter().fold(EMPTY, |sum, bin| sum.join(*bin));
+        let total = |axis: &Bins| axis.bins.iter().fold(EMPTY, |sum, bin| sum.join(*bin));
         let whole = total(&axis);
         assert_eq!(axis.used(), (4, 8));
         axis.shift(-4);

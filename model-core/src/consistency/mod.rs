@@ -108,7 +108,7 @@ pub struct Consistency {
 const BINS: usize = 16;
 
 /// Bins of position.
-const PLACES: usize = 32;
+const PLACES: usize = bins::MOST;
 
 impl Consistency {
     /// For parameters that [`Params::check`] accepts.
@@ -140,10 +140,10 @@ impl Consistency {
         match trusted {
             Some((preload, speed, degc, at)) => self.take(watch, preload, speed, degc, at),
             None => {
-                watch.speed.interrupt();
-                watch.direction.interrupt();
-                watch.position.interrupt();
-                watch.temperature.interrupt();
+                watch.speed.interrupt(FOLLOW);
+                watch.direction.interrupt(FOLLOW);
+                watch.position.interrupt(FOLLOW);
+                watch.temperature.interrupt(0.0);
             }
         }
         watch.judge(estimate.tick);
@@ -156,11 +156,11 @@ impl Consistency {
         watch.seen += 1.0;
         watch.reference += (level - watch.reference) * (1.0 / watch.seen).max(self.reference_share);
         let v = speed_m_s.abs().max(f32::MIN_POSITIVE);
-        watch.speed.take(bin((num::ln(v) - self.ln_speed_from) * self.speed_bins_per_ln, BINS), y);
-        watch.direction.take(usize::from(speed_m_s < 0.0), y);
+        watch.speed.take(bin((num::ln(v) - self.ln_speed_from) * self.speed_bins_per_ln, BINS), y, FOLLOW);
+        watch.direction.take(usize::from(speed_m_s < 0.0), y, FOLLOW);
         let place = watch.place.bin(at.place_m, &mut watch.position);
-        watch.position.take(place, y);
-        watch.temperature.take(bin((degc - self.degc_from) * self.temperature_bins_per_k, BINS), y);
+        watch.position.take(place, y, FOLLOW);
+        watch.temperature.take(bin((degc - self.degc_from) * self.temperature_bins_per_k, BINS), y, 0.0);
     }
 }
 
@@ -169,13 +169,13 @@ fn bin(at: f32, bins: usize) -> usize {
     (at as usize).min(bins - 1)
 }
 
-/// All that estimates change, one and a half kilobytes.
+/// All that estimates change, two and a half kilobytes.
 #[derive(Clone, Copy, Debug)]
 pub struct Watch {
-    speed: Bins<BINS>,
-    direction: Bins<2>,
-    position: Bins<PLACES>,
-    temperature: Bins<BINS>,
+    speed: Bins,
+    direction: Bins,
+    position: Bins,
+    temperature: Bins,
     place: Places,
     reference: f32,
     origin: Option<f32>,
@@ -195,11 +195,11 @@ impl Watch {
     /// Nothing seen.
     pub const fn new() -> Self {
         Watch {
-            speed: Bins::new(FOLLOW),
-            direction: Bins::new(FOLLOW),
-            position: Bins::new(FOLLOW),
-            temperature: Bins::new(0.0),
-            place: Places { width_m: PLACE_BIN_M, first: 0, used: false },
+            speed: Bins::new(),
+            direction: Bins::new(),
+            position: Bins::new(),
+            temperature: Bins::new(),
+            place: Places::UNUSED,
             reference: 0.0,
             origin: None,
             seen: 0.0,
@@ -227,10 +227,10 @@ impl Watch {
         let turn = usize::from(self.turn);
         self.turn = (self.turn + 1) % 4;
         let found = match turn {
-            0 => self.speed.evaluate(),
-            1 => self.direction.evaluate(),
-            2 => self.position.evaluate(),
-            _ => self.temperature.evaluate(),
+            0 => self.speed.evaluate(FOLLOW),
+            1 => self.direction.evaluate(FOLLOW),
+            2 => self.position.evaluate(FOLLOW),
+            _ => self.temperature.evaluate(0.0),
         };
         let Some(found) = found else { return };
         if let Some(place) = self.findings.get_mut(turn) {
@@ -268,22 +268,25 @@ fn worse(finding: &Finding) -> f32 {
 /// Places of the rail as bins of one width, which doubles until the stroke fits.
 #[derive(Clone, Copy, Debug)]
 struct Places {
+    /// 0 before the first place
     width_m: f32,
     /// number of the first bin, counted from place 0
     first: i32,
-    used: bool,
 }
 
 impl Places {
+    const UNUSED: Places = Places { width_m: 0.0, first: 0 };
+
     /// The bin of a place, after making room for it.
-    fn bin(&mut self, place_m: f32, bins: &mut Bins<PLACES>) -> usize {
+    fn bin(&mut self, place_m: f32, bins: &mut Bins) -> usize {
         // no rail is longer; what is no number falls on place 0
         let place_m = place_m.clamp(-LONGEST_M, LONGEST_M);
         const LAST: i32 = PLACES as i32 - 1;
-        let mut number = floor(place_m / self.width_m);
-        if !self.used {
-            (self.used, self.first) = (true, number - LAST / 2);
+        if self.width_m == 0.0 {
+            self.width_m = PLACE_BIN_M;
+            self.first = floor(place_m / PLACE_BIN_M) - LAST / 2;
         }
+        let mut number = floor(place_m / self.width_m);
         // 2^24 times the width is more than any rail
         for _ in 0..24 {
             let low = number - self.first;

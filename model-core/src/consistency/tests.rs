@@ -94,14 +94,14 @@ fn a_repaired_model_is_believed_again() {
 
 #[test]
 fn bins_of_position_follow_the_stroke() {
-    let mut places = Places { width_m: PLACE_BIN_M, first: 0, used: false };
-    let mut bins = Bins::<PLACES>::new(0.0);
+    let mut places = Places::UNUSED;
+    let mut bins = Bins::new();
     let mut last = 0;
     for n in 0..3000 {
         // a stroke of 1.3 m around 0.4 m, both ways
         let place = 0.4 + 0.65 * libm::sinf(n as f32 * 0.004);
         last = places.bin(place, &mut bins);
-        bins.take(last, 0.0);
+        bins.take(last, 0.0, 0.0);
         let (from, to) = bins.used();
         assert!(to - from < PLACES);
     }
