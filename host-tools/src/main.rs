@@ -34,6 +34,7 @@ enum Command {
     Estimate(cmd::estimate::Arguments),
     Calibrate(cmd::calibrate::Arguments),
     Diagnose(cmd::diagnose::Arguments),
+    Image(cmd::image::Arguments),
     Simulate(Box<cmd::simulate::Arguments>),
     Paper(cmd::paper::Arguments),
     #[cfg(feature = "emulator")]
@@ -56,6 +57,7 @@ fn main() -> ExitCode {
         Command::Estimate(arguments) => cmd::estimate::run(&arguments),
         Command::Calibrate(arguments) => cmd::calibrate::run(&arguments),
         Command::Diagnose(arguments) => cmd::diagnose::run(arguments),
+        Command::Image(arguments) => cmd::image::run(&arguments),
         Command::Simulate(arguments) => cmd::simulate::run(&arguments),
         Command::Paper(arguments) => cmd::paper::run(arguments),
         #[cfg(feature = "emulator")]

@@ -138,6 +138,8 @@ impl Monitor {
         Ok(told)
     }
 
+    #[cold]
+    #[inline(never)]
     fn derive(&mut self) -> Result<(), Error> {
         let p = &self.params;
         p.check()?;

@@ -112,6 +112,7 @@ pub fn sqrt(x: f32) -> f32 {
 /// whichever is larger.
 ///
 /// `x = 2^n m`, `m` in [0.707, 1.414), `ln m = 2 atanh((m-1)/(m+1))` as a series in odd powers.
+#[inline(never)]
 pub fn ln(x: f32) -> f32 {
     let bits = x.to_bits();
     // subtracting the pattern of sqrt(1/2) puts the mantissa into [0.707, 1.414)
@@ -127,6 +128,7 @@ pub fn ln(x: f32) -> f32 {
 /// Sine and cosine of a number of turns; absolute error at most 3e-7 beside what rounding left of the argument.
 ///
 /// Whole and quarter turns are taken off exactly, then Taylor's series over an eighth of a turn to either side.
+#[inline(never)]
 pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
     // beyond 2^20 turns a float holds no phase worth having
     if !(turns > -1_048_576.0 && turns < 1_048_576.0) {

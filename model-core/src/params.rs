@@ -126,6 +126,8 @@ impl Params {
     ///
     /// # Errors
     /// The first field that is not finite or outside [`RANGES`](crate::quantity::RANGES), by name.
+    #[cold]
+    #[inline(never)]
     pub fn check(&self) -> Result<(), Error> {
         self.calibration.check()?;
         let law = &self.law;

@@ -17,7 +17,9 @@ const INVERSION: u64 = 300;
 const BLOCK: u64 = 2500;
 /// The same with every mechanism beside the law at work.
 const BLOCK_AUGMENTED: u64 = 2 * BLOCK;
-const FLASH: u32 = 64 * 1024;
+/// Instructions of the watch on the model, for each estimate, beside the block's own.
+const WATCH: u64 = 2500;
+const FLASH: u32 = 96 * 1024;
 const RAM: u32 = 12 * 1024;
 const STACK: u32 = 2 * 1024;
 
@@ -104,18 +106,21 @@ fn a_block_with_everything_costs_at_most_twice_as_much() {
         // the closure within it carries its name too
         let solve = table.iter().map(|(name, _)| name).find(|n| n.ends_with("solve_left_out"));
         let solve = solve.expect("a function of its own").to_owned();
+        let watch = symbol(&table, &["estimate", "watch_fit"]);
         let feed = Feed::new(readings(&params, 4.0, 3000.0, 30.0, path));
         let (outcome, _) = VirtualBoard::new(chip, &elf)
             .with_flash(ADDRESS, &record(params))
             .counting(&block)
             .counting(&solve)
+            .counting(&watch)
             .run(feed)
             .expect("the image runs");
-        let (block, solve) = (outcome.costs[&block], outcome.costs[&solve]);
+        let [block, solve, watch] = [block, solve, watch].map(|name| outcome.costs[&name]);
         println!(
-            "{chip:?}: block at most {} instructions, of them beside the law {}; stack {} B",
-            block.max, solve.max, outcome.stack_bytes
+            "{chip:?}: block at most {} instructions, of them beside the law {}; watch {}; stack {} B",
+            block.max, solve.max, watch.max, outcome.stack_bytes
         );
+        assert!(watch.calls > 100 && watch.max <= WATCH, "{chip:?}: {watch:?}");
         assert!(solve.calls > 100, "{solve:?}");
         assert!(block.max <= BLOCK_AUGMENTED, "{chip:?}: {block:?}");
         assert!(outcome.stack_bytes <= 2 * STACK, "{chip:?}: {} B of stack", outcome.stack_bytes);

@@ -12,6 +12,7 @@ pub(crate) mod diagnose;
 pub(crate) mod drag;
 pub(crate) mod eds;
 pub(crate) mod estimate;
+pub(crate) mod image;
 pub(crate) mod paper;
 pub(crate) mod parameters;
 pub(crate) mod preload;

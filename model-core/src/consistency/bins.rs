@@ -146,6 +146,7 @@ impl Bins {
     }
 
     /// Ends the passage.
+    #[cold]
     #[inline(never)]
     pub(super) fn interrupt(&mut self, follow: f32) {
         if self.count == 0.0 {
@@ -169,6 +170,8 @@ impl Bins {
     }
 
     /// First and last bin in use, the one under way included.
+    #[cold]
+    #[inline(never)]
     pub(super) fn used(&self) -> (usize, usize) {
         let in_use =
             |n: &usize| (self.count > 0.0 && *n == self.at) || self.bins.get(*n).is_some_and(|bin| bin.passages > 0.0);
@@ -177,6 +180,8 @@ impl Bins {
     }
 
     /// Moves every bin up by `by` places; those in use must stay inside.
+    #[cold]
+    #[inline(never)]
     pub(super) fn shift(&mut self, by: i32) {
         let old = self.bins;
         for (n, bin) in self.bins.iter_mut().enumerate() {
@@ -187,6 +192,8 @@ impl Bins {
     }
 
     /// Joins neighbours into bins of double width; `odd` is 1 where the first bin is the second of its pair.
+    #[cold]
+    #[inline(never)]
     pub(super) fn merge_pairs(&mut self, odd: usize) {
         let old = self.bins;
         self.bins = [EMPTY; MOST];
@@ -200,6 +207,8 @@ impl Bins {
 
     /// What the axis shows now: `None` where no passage ended since the last call, `Some(None)` where too little was
     /// seen.
+    // cold means small to the compiler: it runs ten times a second at most
+    #[cold]
     #[inline(never)]
     pub(super) fn evaluate(&mut self, follow: f32) -> Option<Option<Finding>> {
         if !core::mem::take(&mut self.changed) {

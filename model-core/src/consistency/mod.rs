@@ -212,6 +212,8 @@ impl Watch {
     }
 
     /// What is known so far.
+    #[cold]
+    #[inline(never)]
     pub fn verdict(&self) -> Verdict {
         let worst = Axis::ALL
             .into_iter()
@@ -223,6 +225,8 @@ impl Watch {
     }
 
     /// Evaluates one axis, in turn, where it has changed; so the cost of a step stays small.
+    #[cold]
+    #[inline(never)]
     fn judge(&mut self, tick: u32) {
         let turn = usize::from(self.turn);
         self.turn = (self.turn + 1) % 4;
@@ -278,6 +282,8 @@ impl Places {
     const UNUSED: Places = Places { width_m: 0.0, first: 0 };
 
     /// The bin of a place, after making room for it.
+    #[cold]
+    #[inline(never)]
     fn bin(&mut self, place_m: f32, bins: &mut Bins) -> usize {
         // no rail is longer; what is no number falls on place 0
         let place_m = place_m.clamp(-LONGEST_M, LONGEST_M);

@@ -110,6 +110,8 @@ impl LeftOut {
     };
 
     /// Which mechanisms have an effect.
+    #[cold]
+    #[inline(never)]
     pub fn acting(&self) -> Acting {
         let acts = [
             self.seal.acts(),
@@ -129,6 +131,8 @@ impl LeftOut {
     ///
     /// # Errors
     /// The first field that is not finite or outside [`RANGES`](crate::quantity::RANGES), by name.
+    #[cold]
+    #[inline(never)]
     pub fn check(&self, least_preload_n: f32) -> Result<(), Error> {
         self.seal.check()?;
         self.viscous.check()?;
