@@ -190,6 +190,17 @@ pub fn decode_into(bytes: &[u8], params: &mut Params) -> Result<NodeId, BadRecor
     Ok(node)
 }
 
+/// Whether `bytes` begin with a record of this [`VERSION`] in which no byte has changed since it was written; what it holds
+/// is not looked at.
+pub fn is_whole(bytes: &[u8]) -> bool {
+    let whole = |bytes: &[u8]| {
+        let (covered, crc) = bytes.get(..length(bytes)?)?.split_last_chunk::<TRAILER>()?;
+        let [v0, v1] = *covered.get(4..6)?.first_chunk::<2>()?;
+        Some(u16::from_le_bytes([v0, v1]) == VERSION && CRC32.checksum(covered) == u32::from_le_bytes(*crc))
+    };
+    whole(bytes).unwrap_or(false)
+}
+
 /// Length of the record at the beginning of `bytes`, header and CRC included; read only, nothing is checked but that
 /// it lies within `bytes` and begins with [`MAGIC`].
 pub fn length(bytes: &[u8]) -> Option<usize> {
@@ -359,6 +370,7 @@ mod tests {
                 let mut bad = good.clone();
                 bad[bit / 8] ^= 1 << (bit % 8);
                 let found = decode(&bad).unwrap_err();
+                assert!(!is_whole(&bad));
                 match bit / 8 {
                     0..4 => assert_eq!(found, BadRecord::Magic),
                     4..6 => assert!(matches!(found, BadRecord::Version(_))),
@@ -384,6 +396,7 @@ mod tests {
         }
         for nothing in [&plain[..plain.len() - 1], &[0xFF; 700], &[]] {
             assert_eq!((length(nothing), image_hash(nothing)), (None, None));
+            assert!(!is_whole(nothing));
         }
     }
 

@@ -30,6 +30,7 @@ pub mod ports;
 pub mod runners;
 pub mod schedule;
 pub mod standing;
+pub mod store;
 pub mod timeline;
 
 /// The two cyclic frames of an estimate, finished, and the estimate they were made of.

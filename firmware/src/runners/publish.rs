@@ -342,7 +342,7 @@ mod tests {
         assert_eq!(times(&bus, Kind::State), [251, 1251, 2251]);
         assert_eq!(times(&bus, Kind::Fault), [100, 1000, 2000, 3000]);
         assert_eq!(times(&bus, Kind::Misfit), every(751, 1000));
-        assert_eq!(times(&bus, Kind::Acting), every(401, 1000));
+        assert_eq!(times(&bus, Kind::Acting), every(400, 1000));
         let frame = last(&bus, Kind::Heartbeat);
         let Ok((_, Message::Heartbeat(beat))) = decode(frame.id, &frame.data) else { panic!("{frame:?}") };
         assert_eq!((beat.boot_count, beat.frames_dropped, beat.counter), (3, 0, 6));

@@ -1,0 +1,244 @@
+//! The parameter image in flash: whoever cuts the power, the block starts with the old image or the new one.
+//!
+//! Two regions, each of whole erase units, each a row of places of 1 KiB. A save programs the next blank place; nothing
+//! that was programmed is ever programmed again, and a region is erased only while the other one holds the newest image.
+//!
+//! ```text
+//! place  0                              576                  1008                                     1024
+//!       +------------------------------+--------------------+------------+-------------+-------+------+
+//!       | record, see can-wire         | erased             | generation | !generation | CRC   | GBOK |
+//!       | up to 576 B                  |                    | u32        | u32         | u32   | 4 B  |
+//!       +------------------------------+--------------------+------------+-------------+-------+------+
+//! ```
+//!
+//! The last sixteen bytes are written last, after the record was read back: they make it count. Their CRC is the record's
+//! own, so they belong to no other. The image with the largest generation that is whole wins; one that is damaged gives
+//! way to the one before it. A record without those bytes counts in one place only, the first of the first region, as
+//! generation 0: that is where a programmer puts it, after erasing both regions. Saves leave the first place of either
+//! region alone.
+//!
+//! Erasing takes up to two seconds on the F405 and stops the processor, which its watchdog would not survive. So a save
+//! never erases: [`Store::prepare`] does, at start-up before the watchdog runs, when the region in use is full.
+
+use can_wire::parameters::{self, BadRecord, MAX_SIZE};
+use embedded_storage::nor_flash::NorFlash;
+use model_core::params::Params;
+
+/// Bytes of a place; a multiple of what any chip programs at a time.
+pub const PLACE: usize = 1024;
+
+/// Bytes that make a record count.
+const COMMIT: usize = 16;
+
+/// Where they stand.
+const COMMIT_AT: usize = PLACE - COMMIT;
+
+/// Their end.
+const OK: [u8; 4] = *b"GBOK";
+
+/// What erased flash reads as.
+const ERASED: u8 = 0xFF;
+
+/// What makes a record count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Commit {
+    generation: u32,
+    crc: [u8; 4],
+}
+
+impl Commit {
+    fn of(bytes: &[u8]) -> Option<Commit> {
+        let ([generation, complement, crc, ok], []) = bytes.as_chunks::<4>() else { return None };
+        let generation = u32::from_le_bytes(*generation);
+        let sound = generation == !u32::from_le_bytes(*complement) && *ok == OK && generation > 0;
+        sound.then_some(Commit { generation, crc: *crc })
+    }
+
+    fn bytes(self) -> [u8; COMMIT] {
+        let mut bytes = [0; COMMIT];
+        let parts = [self.generation.to_le_bytes(), (!self.generation).to_le_bytes(), self.crc, OK];
+        for (place, part) in bytes.chunks_exact_mut(4).zip(parts) {
+            place.copy_from_slice(&part);
+        }
+        bytes
+    }
+}
+
+/// Generation of the record in a place: `None` where there is none, or one that is not whole.
+fn generation(place: &[u8], takes_raw: bool) -> Option<u32> {
+    let (record, commit) = place.split_at_checked(COMMIT_AT)?;
+    if takes_raw && commit.iter().all(|b| *b == ERASED) {
+        return parameters::is_whole(record).then_some(0);
+    }
+    let commit = Commit::of(commit)?;
+    let crc = record.get(..parameters::length(record)?)?.last_chunk::<4>()?;
+    (commit.crc == *crc && parameters::is_whole(record)).then_some(commit.generation)
+}
+
+/// The image that counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stored<'a> {
+    /// The record and what stands behind it in its place; of empty regions the first place, for what is wrong with it.
+    pub record: &'a [u8],
+    /// How many images were saved before it; `None` where there is none.
+    pub generation: Option<u32>,
+}
+
+/// Finds the image that counts in the memory of the two regions.
+pub fn newest<'a>(regions: [&'a [u8]; 2]) -> Stored<'a> {
+    let [first, _] = regions;
+    let mut best = Stored { record: first.get(..COMMIT_AT).unwrap_or(first), generation: None };
+    for (n, region) in regions.into_iter().enumerate() {
+        for (k, place) in region.chunks_exact(PLACE).enumerate() {
+            let Some(generation) = generation(place, (n, k) == (0, 0)) else { continue };
+            if best.generation.is_none_or(|before| generation > before) {
+                best = Stored { record: place.get(..COMMIT_AT).unwrap_or(place), generation: Some(generation) };
+            }
+        }
+    }
+    best
+}
+
+/// Why an image was not saved. The block runs, and starts, with the one it has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SaveError {
+    /// It is none that a block would take.
+    Refused(BadRecord),
+    /// No blank place is left until the next start, which makes room.
+    Full,
+    /// The flash did not take it, or does not read back what was written.
+    Flash,
+}
+
+impl core::fmt::Display for SaveError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            SaveError::Refused(why) => why.fmt(f),
+            SaveError::Full => write!(f, "no blank place for the image is left; restart the block and send it again"),
+            SaveError::Flash => write!(f, "the flash did not take the image; send it again"),
+        }
+    }
+}
+
+impl core::error::Error for SaveError {}
+
+/// The two regions behind a flash driver.
+pub struct Store<F> {
+    flash: F,
+    /// offsets of the regions in the driver's addresses
+    regions: [u32; 2],
+    /// length of either
+    length: u32,
+    place: [u8; PLACE],
+}
+
+/// Where the newest image is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Found {
+    region: usize,
+    generation: u32,
+}
+
+impl<F: NorFlash> Store<F> {
+    /// Regions of `length` bytes at these offsets, whole erase units each.
+    pub const fn new(flash: F, regions: [u32; 2], length: u32) -> Self {
+        Store { flash, regions, length, place: [ERASED; PLACE] }
+    }
+
+    /// The driver.
+    pub fn flash(&mut self) -> &mut F {
+        &mut self.flash
+    }
+
+    /// Makes room for the next save, if there is none: erases the region that does not hold the newest image. To be
+    /// called before the watchdog runs. Answers whether it has erased.
+    ///
+    /// # Errors
+    /// [`SaveError::Flash`].
+    pub fn prepare(&mut self) -> Result<bool, SaveError> {
+        let region = self.newest()?.map_or(1, |found| found.region);
+        if self.blank_place(region)?.is_some() || self.blank_place(1 - region)?.is_some() {
+            return Ok(false);
+        }
+        let start = self.regions[1 - region];
+        self.flash.erase(start, start + self.length).map_err(|_| SaveError::Flash)?;
+        Ok(true)
+    }
+
+    /// Saves an image; when this answers, it is the one that the next start finds.
+    ///
+    /// Takes a few milliseconds, in which flash may not be read elsewhere on some chips: not while moving.
+    ///
+    /// # Errors
+    /// [`SaveError`].
+    pub fn save(&mut self, record: &[u8]) -> Result<u32, SaveError> {
+        parameters::decode_into(record, &mut Params::ZHOU_2023.clone()).map_err(SaveError::Refused)?;
+        // what decodes has a length within any record
+        let record = parameters::length(record).and_then(|n| record.get(..n)).ok_or(SaveError::Flash)?;
+        let crc = *record.last_chunk::<4>().ok_or(SaveError::Flash)?;
+        let found = self.newest()?;
+        let generation = found.map_or(0, |f| f.generation).checked_add(1).ok_or(SaveError::Full)?;
+        let region = found.map_or(0, |f| f.region);
+        let place = match self.blank_place(region)? {
+            Some(place) => place,
+            None => self.blank_place(1 - region)?.ok_or(SaveError::Full)?,
+        };
+        let mut padded = [ERASED; MAX_SIZE];
+        padded.get_mut(..record.len()).ok_or(SaveError::Flash)?.copy_from_slice(record);
+        let padded = padded.get(..record.len().next_multiple_of(COMMIT)).ok_or(SaveError::Flash)?;
+        self.program(place, padded)?;
+        self.program(place + COMMIT_AT as u32, &Commit { generation, crc }.bytes())?;
+        Ok(generation)
+    }
+
+    /// Programs and reads back.
+    fn program(&mut self, at: u32, bytes: &[u8]) -> Result<(), SaveError> {
+        self.flash.write(at, bytes).map_err(|_| SaveError::Flash)?;
+        let back = self.place.get_mut(..bytes.len()).ok_or(SaveError::Flash)?;
+        self.flash.read(at, back).map_err(|_| SaveError::Flash)?;
+        if back == bytes { Ok(()) } else { Err(SaveError::Flash) }
+    }
+
+    fn newest(&mut self) -> Result<Option<Found>, SaveError> {
+        let mut best: Option<Found> = None;
+        for region in 0..2 {
+            for at in self.places(region) {
+                self.read(at)?;
+                let takes_raw = at == self.regions[0];
+                if let Some(generation) = generation(&self.place, takes_raw)
+                    && best.is_none_or(|b| generation > b.generation)
+                {
+                    best = Some(Found { region, generation });
+                }
+            }
+        }
+        Ok(best)
+    }
+
+    /// The first blank place behind everything that was programmed in a region.
+    fn blank_place(&mut self, region: usize) -> Result<Option<u32>, SaveError> {
+        let mut blank = None;
+        // the first place of a region is the programmer's
+        for at in self.places(region).skip(1) {
+            self.read(at)?;
+            if self.place.iter().any(|b| *b != ERASED) {
+                blank = None;
+            } else if blank.is_none() {
+                blank = Some(at);
+            }
+        }
+        Ok(blank)
+    }
+
+    fn read(&mut self, at: u32) -> Result<(), SaveError> {
+        self.flash.read(at, &mut self.place).map_err(|_| SaveError::Flash)
+    }
+
+    fn places(&self, region: usize) -> impl Iterator<Item = u32> + use<F> {
+        let start = self.regions.get(region).copied().unwrap_or_default();
+        (start..start + self.length).step_by(PLACE)
+    }
+}
+
+#[cfg(test)]
+mod tests;
