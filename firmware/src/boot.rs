@@ -6,6 +6,7 @@ use model_core::monitor::Monitor;
 use model_core::params::Params;
 
 use crate::ports::Storage;
+use crate::store;
 
 /// What the block works with until the next reset.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +20,8 @@ pub struct Settings {
     pub refused: Option<BadRecord>,
     /// [`image_hash`](parameters::image_hash) of the record; 0 without one.
     pub image_hash: u32,
+    /// How many images were saved before it, 0 for a programmer's.
+    pub generation: u32,
 }
 
 /// Why a record was refused; the checks of the model are the record's own.
@@ -32,26 +35,30 @@ impl From<model_core::Error> for Refused {
 
 impl Settings {
     /// Not loaded yet.
-    pub const UNSET: Settings = Settings { node: NodeId::FIRST, monitor: Monitor::UNSET, refused: None, image_hash: 0 };
+    pub const UNSET: Settings =
+        Settings { node: NodeId::FIRST, monitor: Monitor::UNSET, refused: None, image_hash: 0, generation: 0 };
 
     /// Reads the record, in place: the settings are larger than the stack likes.
     ///
     /// # Errors
     /// The built-in parameters do not build, which a test excludes.
     pub fn load(&mut self, storage: &impl Storage) -> Result<(), model_core::Error> {
-        let bytes = storage.record();
+        let stored = store::newest(storage.regions());
+        let bytes = stored.record;
         let read = self.monitor.set_up(|params| parameters::decode_into(bytes, params).map_err(Refused));
         match read {
             Ok(node) => {
                 self.node = node;
                 self.refused = None;
                 self.image_hash = parameters::image_hash(bytes).unwrap_or(0);
+                self.generation = stored.generation.unwrap_or(0);
                 Ok(())
             }
             Err(Refused(why)) => {
                 self.node = NodeId::FIRST;
                 self.refused = Some(why);
                 self.image_hash = 0;
+                self.generation = 0;
                 self.monitor.set_up(|params| {
                     *params = Params::ZHOU_2023;
                     Ok(())
@@ -89,8 +96,8 @@ mod tests {
 
     struct Bytes(Vec<u8>);
     impl Storage for Bytes {
-        fn record(&self) -> &[u8] {
-            &self.0
+        fn regions(&self) -> [&[u8]; 2] {
+            [&self.0, &[]]
         }
     }
 

@@ -145,10 +145,10 @@ pub trait Restart {
     fn restart(&mut self);
 }
 
-/// Where the parameter record lies.
+/// Where parameter images lie.
 pub trait Storage {
-    /// The bytes from the record's address on; longer than any record.
-    fn record(&self) -> &[u8];
+    /// The memory of the two regions, see [`store`](crate::store).
+    fn regions(&self) -> [&[u8]; 2];
 }
 
 /// Time since start-up.

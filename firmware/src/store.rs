@@ -20,12 +20,14 @@
 //! Erasing takes up to two seconds on the F405 and stops the processor, which its watchdog would not survive. So a save
 //! never erases: [`Store::prepare`] does, at start-up before the watchdog runs, when the region in use is full.
 
-use can_wire::parameters::{self, BadRecord, MAX_SIZE};
+use can_wire::parameters::{self, BadRecord};
 use embedded_storage::nor_flash::NorFlash;
 use model_core::params::Params;
 
 /// Bytes of a place; a multiple of what any chip programs at a time.
 pub const PLACE: usize = 1024;
+
+const _: () = assert!(parameters::MAX_SIZE <= COMMIT_AT);
 
 /// Bytes that make a record count.
 const COMMIT: usize = 16;
@@ -57,8 +59,8 @@ impl Commit {
     fn bytes(self) -> [u8; COMMIT] {
         let mut bytes = [0; COMMIT];
         let parts = [self.generation.to_le_bytes(), (!self.generation).to_le_bytes(), self.crc, OK];
-        for (place, part) in bytes.chunks_exact_mut(4).zip(parts) {
-            place.copy_from_slice(&part);
+        for (place, part) in bytes.as_chunks_mut::<4>().0.iter_mut().zip(parts) {
+            *place = part;
         }
         bytes
     }
@@ -89,7 +91,7 @@ pub fn newest<'a>(regions: [&'a [u8]; 2]) -> Stored<'a> {
     let [first, _] = regions;
     let mut best = Stored { record: first.get(..COMMIT_AT).unwrap_or(first), generation: None };
     for (n, region) in regions.into_iter().enumerate() {
-        for (k, place) in region.chunks_exact(PLACE).enumerate() {
+        for (k, place) in region.as_chunks::<PLACE>().0.iter().enumerate() {
             let Some(generation) = generation(place, (n, k) == (0, 0)) else { continue };
             if best.generation.is_none_or(|before| generation > before) {
                 best = Stored { record: place.get(..COMMIT_AT).unwrap_or(place), generation: Some(generation) };
@@ -123,13 +125,14 @@ impl core::fmt::Display for SaveError {
 impl core::error::Error for SaveError {}
 
 /// The two regions behind a flash driver.
-pub struct Store<F> {
+pub struct Store<'a, F> {
     flash: F,
     /// offsets of the regions in the driver's addresses
     regions: [u32; 2],
     /// length of either
     length: u32,
-    place: [u8; PLACE],
+    /// one place, for reading
+    place: &'a mut [u8; PLACE],
 }
 
 /// Where the newest image is.
@@ -139,10 +142,10 @@ struct Found {
     generation: u32,
 }
 
-impl<F: NorFlash> Store<F> {
-    /// Regions of `length` bytes at these offsets, whole erase units each.
-    pub const fn new(flash: F, regions: [u32; 2], length: u32) -> Self {
-        Store { flash, regions, length, place: [ERASED; PLACE] }
+impl<'a, F: NorFlash> Store<'a, F> {
+    /// Regions of `length` bytes at these offsets, whole erase units each; `place` is memory to read into.
+    pub const fn new(flash: F, regions: [u32; 2], length: u32, place: &'a mut [u8; PLACE]) -> Self {
+        Store { flash, regions, length, place }
     }
 
     /// The driver.
@@ -172,7 +175,8 @@ impl<F: NorFlash> Store<F> {
     /// # Errors
     /// [`SaveError`].
     pub fn save(&mut self, record: &[u8]) -> Result<u32, SaveError> {
-        parameters::decode_into(record, &mut Params::ZHOU_2023.clone()).map_err(SaveError::Refused)?;
+        let mut scratch = Params::ZHOU_2023;
+        parameters::decode_into(record, &mut scratch).map_err(SaveError::Refused)?;
         // what decodes has a length within any record
         let record = parameters::length(record).and_then(|n| record.get(..n)).ok_or(SaveError::Flash)?;
         let crc = *record.last_chunk::<4>().ok_or(SaveError::Flash)?;
@@ -183,10 +187,15 @@ impl<F: NorFlash> Store<F> {
             Some(place) => place,
             None => self.blank_place(1 - region)?.ok_or(SaveError::Full)?,
         };
-        let mut padded = [ERASED; MAX_SIZE];
-        padded.get_mut(..record.len()).ok_or(SaveError::Flash)?.copy_from_slice(record);
-        let padded = padded.get(..record.len().next_multiple_of(COMMIT)).ok_or(SaveError::Flash)?;
-        self.program(place, padded)?;
+        // whole words; the last ones are filled up with what erased flash reads as
+        let (words, rest) = record.as_chunks::<COMMIT>();
+        let words = words.as_flattened();
+        self.program(place, words)?;
+        if !rest.is_empty() {
+            let mut last = [ERASED; COMMIT];
+            last.get_mut(..rest.len()).ok_or(SaveError::Flash)?.copy_from_slice(rest);
+            self.program(place + words.len() as u32, &last)?;
+        }
         self.program(place + COMMIT_AT as u32, &Commit { generation, crc }.bytes())?;
         Ok(generation)
     }
@@ -205,7 +214,7 @@ impl<F: NorFlash> Store<F> {
             for at in self.places(region) {
                 self.read(at)?;
                 let takes_raw = at == self.regions[0];
-                if let Some(generation) = generation(&self.place, takes_raw)
+                if let Some(generation) = generation(self.place, takes_raw)
                     && best.is_none_or(|b| generation > b.generation)
                 {
                     best = Some(Found { region, generation });
@@ -231,10 +240,10 @@ impl<F: NorFlash> Store<F> {
     }
 
     fn read(&mut self, at: u32) -> Result<(), SaveError> {
-        self.flash.read(at, &mut self.place).map_err(|_| SaveError::Flash)
+        self.flash.read(at, self.place).map_err(|_| SaveError::Flash)
     }
 
-    fn places(&self, region: usize) -> impl Iterator<Item = u32> + use<F> {
+    fn places(&self, region: usize) -> impl Iterator<Item = u32> + use<'a, F> {
         let start = self.regions.get(region).copied().unwrap_or_default();
         (start..start + self.length).step_by(PLACE)
     }

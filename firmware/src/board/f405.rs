@@ -12,6 +12,7 @@ use embassy_stm32::can::{
     Can, CanRx, Fifo, Frame, Rx0InterruptHandler, Rx1InterruptHandler, SceInterruptHandler, TxInterruptHandler,
 };
 use embassy_stm32::dma::{self, Request};
+use embassy_stm32::flash::{Blocking, Flash};
 use embassy_stm32::pac;
 use embassy_stm32::pac::adc::vals::Dds;
 use embassy_stm32::peripherals::{ADC1, CAN1, DMA1_CH1, DMA2_CH0, IWDG};
@@ -45,6 +46,12 @@ const BIT_TIMING: NominalBitTiming = NominalBitTiming {
     sync_jump_width: NonZeroU8::new(1).unwrap(),
 };
 
+/// Two erase sectors for parameter images: sector 7, where a programmer's record lies too, and sector 8.
+pub(super) const IMAGE_REGIONS: [u32; 2] = [0x0806_0000, 0x0808_0000];
+
+/// Bytes of either.
+pub(super) const IMAGE_REGION: u32 = 128 * 1024;
+
 bind_interrupts!(pub(super) struct Irqs {
     CAN1_RX0 => Rx0InterruptHandler<CAN1>;
     CAN1_RX1 => Rx1InterruptHandler<CAN1>;
@@ -59,7 +66,7 @@ pub(super) fn codes_request(channel: &CodesDma) -> Request {
 }
 
 /// Clocks and drivers; nothing runs yet but the bus controller.
-pub(super) fn start() -> (Converter, Links, (Bus, Ears), Peri<'static, IWDG>) {
+pub(super) fn start() -> (Converter, Links, (Bus, Ears), Peri<'static, IWDG>, Flash<'static, Blocking>) {
     let mut config = Config::default();
     config.rcc = clocks();
     let p = embassy_stm32::init(config);
@@ -77,7 +84,7 @@ pub(super) fn start() -> (Converter, Links, (Bus, Ears), Peri<'static, IWDG>) {
     can.modify_filters().clear();
     can.modify_config().set_bit_timing(BIT_TIMING);
     let (_, rx) = can.split();
-    (converter, links, (Bus::new(can), Ears { rx }), p.IWDG)
+    (converter, links, (Bus::new(can), Ears { rx }), p.IWDG, Flash::new_blocking(p.FLASH))
 }
 
 /// 8 MHz / 4 * 168 / 2 = 168 MHz; buses at 42 and 84 MHz, their timers at twice that.

@@ -11,6 +11,7 @@ use embassy_stm32::can::config::{GlobalFilter, NominalBitTiming};
 use embassy_stm32::can::filter::{Action, FilterType, StandardFilter, StandardFilterSlot};
 use embassy_stm32::can::{CanConfigurator, CanRx, CanTx, Frame, IT0InterruptHandler, IT1InterruptHandler, Properties};
 use embassy_stm32::dma::{self, Request};
+use embassy_stm32::flash::{Blocking, Flash};
 use embassy_stm32::opamp::{OpAmp, OpAmpGain, OpAmpInternalOutput, OpAmpSpeed};
 use embassy_stm32::pac;
 use embassy_stm32::pac::adc::vals::{Adstp, Dmacfg, Dmaen};
@@ -49,6 +50,13 @@ const BIT_TIMING: NominalBitTiming = NominalBitTiming {
     sync_jump_width: NonZeroU8::new(1).unwrap(),
 };
 
+/// Two halves of the last 128 KiB for parameter images, 32 pages each, all in the second bank: the program runs on from the
+/// first while they are written.
+pub(super) const IMAGE_REGIONS: [u32; 2] = [0x0806_0000, 0x0807_0000];
+
+/// Bytes of either.
+pub(super) const IMAGE_REGION: u32 = 64 * 1024;
+
 bind_interrupts!(pub(super) struct Irqs {
     FDCAN1_IT0 => IT0InterruptHandler<FDCAN1>;
     FDCAN1_IT1 => IT1InterruptHandler<FDCAN1>;
@@ -61,7 +69,7 @@ pub(super) fn codes_request(channel: &CodesDma) -> Request {
 }
 
 /// Clocks and drivers; nothing runs yet but amplifier and bus controller.
-pub(super) fn start() -> (Converter, Links, (Bus, Ears), Peri<'static, IWDG>) {
+pub(super) fn start() -> (Converter, Links, (Bus, Ears), Peri<'static, IWDG>, Flash<'static, Blocking>) {
     static AMPLIFIER: StaticCell<OpAmp<'static, OPAMP1>> = StaticCell::new();
     let mut config = Config::default();
     config.rcc = clocks();
@@ -80,7 +88,8 @@ pub(super) fn start() -> (Converter, Links, (Bus, Ears), Peri<'static, IWDG>) {
     // nothing is accepted until the node is known: the block acknowledges what others send and keeps none of it
     can.set_config(can.config().set_global_filter(GlobalFilter::reject_all()).set_nominal_bit_timing(BIT_TIMING));
     let (tx, rx, properties) = can.into_normal_mode().split();
-    (converter, links, (Bus { tx, holds: [None; MAILBOXES] }, Ears { rx, properties }), p.IWDG)
+    let bus = Bus { tx, holds: [None; MAILBOXES] };
+    (converter, links, (bus, Ears { rx, properties }), p.IWDG, Flash::new_blocking(p.FLASH))
 }
 
 /// 24 MHz / 6 * 80 / 2 = 160 MHz for the core and its buses, 80 MHz for FDCAN1, 40 MHz for the converter.

@@ -13,11 +13,12 @@
 //! second ring. The processor takes no part in it, so force and position have one clock and no jitter.
 #![allow(unsafe_code, reason = "registers and fixed addresses; each block says why it is sound")]
 
-use can_wire::{RawFrame, ResetCause, parameters};
+use can_wire::{RawFrame, ResetCause};
 use cortex_m::peripheral::SCB;
 use embassy_stm32::Peri;
 use embassy_stm32::can::Frame;
 use embassy_stm32::dma::{Channel, ReadableRingBuffer, TransferOptions};
+use embassy_stm32::flash::{Blocking, Flash};
 use embassy_stm32::pac;
 use embassy_stm32::peripherals::{IWDG, TIM2, TIM3};
 use embassy_stm32::time::Hertz;
@@ -31,6 +32,7 @@ use firmware::ports::{
     CHANNELS, Clock, Interruption, Keep, KeepError, Kept, Restart, SampleRun, SampleSource, Samples, Storage, Watchdog,
 };
 use firmware::runners::supervise::WATCHDOG_US;
+use firmware::store::{self, Store};
 use model_core::sample::{SAMPLE_HZ, SAMPLES_PER_BLOCK};
 use static_cell::ConstStaticCell;
 
@@ -56,6 +58,8 @@ pub(crate) struct Board {
     pub(crate) ears: Ears,
     pub(crate) watchdog: Dog,
     pub(crate) parameters: ParameterFlash,
+    #[expect(dead_code, reason = "nothing in this program saves images yet")]
+    pub(crate) store: ImageStore,
     pub(crate) reset_cause: ResetCause,
     pub(crate) boot_count: u16,
     pub(crate) unique: [u32; 3],
@@ -66,7 +70,12 @@ pub(crate) fn start() -> Board {
     // before anything else may clear the flags
     let reset_cause = chip::take_reset_cause();
     let boot_count = boots::count(reset_cause);
-    let (converter, links, (bus, ears), iwdg) = chip::start();
+    let (converter, links, (bus, ears), iwdg, flash) = chip::start();
+    // may take two seconds where it has to erase, and so comes before the watchdog
+    let mut images = image_store(flash);
+    if images.prepare().is_err() {
+        defmt::error!("no room for the next parameter image: the flash does not erase");
+    }
     let mut watchdog = IndependentWatchdog::new(iwdg, WATCHDOG_US);
     watchdog.unleash();
     Board {
@@ -75,6 +84,7 @@ pub(crate) fn start() -> Board {
         ears,
         watchdog: Dog(watchdog),
         parameters: ParameterFlash,
+        store: images,
         reset_cause,
         boot_count,
         unique: unique(),
@@ -199,15 +209,29 @@ impl Drop for Run<'_> {
     }
 }
 
-/// Where the parameter record lies in flash.
+/// The parameter images, through the flash driver: what saves them.
+pub(crate) type ImageStore = Store<'static, Flash<'static, Blocking>>;
+
+/// Where flash begins.
+const FLASH_BASE: u32 = 0x0800_0000;
+
+fn image_store(flash: Flash<'static, Blocking>) -> ImageStore {
+    static PLACE: ConstStaticCell<[u8; store::PLACE]> = ConstStaticCell::new([0; store::PLACE]);
+    let offsets = chip::IMAGE_REGIONS.map(|address| address - FLASH_BASE);
+    Store::new(flash, offsets, chip::IMAGE_REGION, PLACE.take())
+}
+
+/// The parameter images, as they lie in memory. Read at start-up only, before anything could be saved.
 pub(crate) struct ParameterFlash;
 
 impl Storage for ParameterFlash {
-    fn record(&self) -> &[u8] {
-        let start = core::ptr::with_exposed_provenance::<u8>(parameters::ADDRESS as usize);
-        // SAFETY: region PARAMS of memory.x: flash of both chips, readable byte by byte from reset to reset,
-        // holding nothing of the image and written by nothing in it.
-        unsafe { core::slice::from_raw_parts(start, parameters::MAX_SIZE) }
+    fn regions(&self) -> [&[u8]; 2] {
+        chip::IMAGE_REGIONS.map(|address| {
+            let start = core::ptr::with_exposed_provenance::<u8>(address as usize);
+            // SAFETY: whole sectors of the chip's flash behind the image, readable byte by byte from reset to reset; what
+            // is read at start-up is dropped before a store may write there.
+            unsafe { core::slice::from_raw_parts(start, chip::IMAGE_REGION as usize) }
+        })
     }
 }
 

@@ -33,7 +33,7 @@ struct Flash {
 }
 
 #[derive(Debug)]
-struct Refusal(&'static str);
+struct Refusal;
 
 impl NorFlashError for Refusal {
     fn kind(&self) -> NorFlashErrorKind {
@@ -55,7 +55,7 @@ impl Flash {
     fn operate(&mut self, at: usize, after: &[u8]) -> Result<(), Refusal> {
         self.operations += 1;
         let cut = match &mut self.left {
-            Some(0) => return Err(Refusal("without power")),
+            Some(0) => return Err(Refusal),
             Some(left) => {
                 *left -= 1;
                 *left == 0
@@ -74,7 +74,7 @@ impl Flash {
                 }
             }
         }
-        if cut { Err(Refusal("power cut")) } else { Ok(()) }
+        if cut { Err(Refusal) } else { Ok(()) }
     }
 
     fn stored(&self) -> Stored<'_> {
@@ -92,7 +92,7 @@ impl ReadNorFlash for Flash {
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Refusal> {
         if self.left == Some(0) {
-            return Err(Refusal("without power"));
+            return Err(Refusal);
         }
         bytes.copy_from_slice(&self.memory[offset as usize..][..bytes.len()]);
         Ok(())
@@ -131,12 +131,12 @@ fn image(n: u32) -> Vec<u8> {
     let mut params = Params { calibrated: true, ..Params::ZHOU_2023 };
     params.calibration.force.zero_code = 2000.0 + n as f32;
     params.left_out.seal.coulomb_n = [n as f32, 2.0];
-    let mut buffer = [0; MAX_SIZE];
+    let mut buffer = [0; parameters::MAX_SIZE];
     parameters::encode(&ParameterRecord { node: 5, params }, &mut buffer).unwrap().to_vec()
 }
 
-fn store(flash: Flash) -> Store<Flash> {
-    Store::new(flash, REGIONS, LENGTH)
+fn store(flash: Flash) -> Store<'static, Flash> {
+    Store::new(flash, REGIONS, LENGTH, Box::leak(Box::new([0; PLACE])))
 }
 
 /// Which of two images a start would find, by what it decodes to.
