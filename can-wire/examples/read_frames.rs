@@ -5,6 +5,7 @@
 
 use can_wire::{Alive, Message, Reject, decode};
 use model_core::consistency::Axis;
+use model_core::left_out::Acting;
 use model_core::sample::Reason;
 use std::fmt::Display;
 use std::io::{BufRead, BufWriter, Write};
@@ -44,10 +45,12 @@ fn fields(message: &Message) -> Vec<String> {
             number("phase_rad", m.phase_rad),
             number("wavelength_m", m.wavelength_m),
         ],
-        Message::Acting(m) => vec![
-            code("acting", m.acting.names().collect::<Vec<_>>().join(" ")),
-            code("source", m.source.name()),
-        ],
+        Message::Acting(m) => {
+            let acts = |name| u8::from(m.acting.names().any(|own| own == name));
+            let mut fields = vec![code("source", m.source.name())];
+            fields.extend(Acting::NAMES.map(|name| code(name, acts(name))));
+            fields
+        }
         Message::Misfit(m) => vec![
             code("axis", m.axis.map_or("not judged", Axis::name)),
             number("strength", m.strength),

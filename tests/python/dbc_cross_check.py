@@ -46,6 +46,9 @@ EMERGENCY = {
 
 # signal of the DBC -> field of can-wire, and one DBC unit in SI
 NUMBERS = {
+    "strength": ("strength", "1"),
+    "share": ("share", "0.01"),
+    "since": ("since_s", "1"),
     "preload": ("preload_n", "1"),
     "sigma": ("sigma_n", "1"),
     "drag_force": ("drag_force_n", "1"),
@@ -160,6 +163,15 @@ def random_values(definition, rng: random.Random) -> dict[str, int]:
             raws[name] = raws[name] % 0xFFFC if trusted else 0xFFFF
     if "phase" in raws and (raws["amplitude"] == 0xFFFF) != (raws["phase"] == -0x8000):
         raws["amplitude"], raws["phase"] = 0xFFFF, -0x8000
+    if "axis" in raws:
+        judged = raws["axis"] != 0
+        for name in ("strength", "share"):
+            raws[name] = raws[name] % 0xFFFC if judged else 0xFFFF
+    if "hash_low" in raws:
+        if raws["state"] == 0:
+            raws["hash_low"] = raws["hash_high"] = 0
+        elif raws["hash_low"] == raws["hash_high"] == 0:
+            raws["hash_low"] = 1
     if "error_code" in raws:
         thin = rng.getrandbits(15) & rng.getrandbits(15) & rng.getrandbits(15)
         for bit, name in enumerate(EMERGENCY):
