@@ -167,11 +167,6 @@ def random_values(definition, rng: random.Random) -> dict[str, int]:
         judged = raws["axis"] != 0
         for name in ("strength", "share"):
             raws[name] = raws[name] % 0xFFFC if judged else 0xFFFF
-    if "hash_low" in raws:
-        if raws["state"] == 0:
-            raws["hash_low"] = raws["hash_high"] = 0
-        elif raws["hash_low"] == raws["hash_high"] == 0:
-            raws["hash_low"] = 1
     if "error_code" in raws:
         thin = rng.getrandbits(15) & rng.getrandbits(15) & rng.getrandbits(15)
         for bit, name in enumerate(EMERGENCY):
