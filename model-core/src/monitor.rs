@@ -440,6 +440,8 @@ mod tests {
         monitor: Monitor,
         state: State,
         tick: u32,
+        /// force beside the guide's, towards larger positions
+        pull_n: f32,
         /// changes a block before the monitor sees it
         fault: Fault,
     }
@@ -456,6 +458,7 @@ mod tests {
                 monitor,
                 state: State::new(),
                 tick: 0,
+                pull_n: 0.0,
                 fault: |_| {},
             }
         }
@@ -474,7 +477,7 @@ mod tests {
             for _ in 0..blocks {
                 let at = |n: usize| (f64::from(self.tick) * 16.0 + n as f64) / 1600.0;
                 let speed = ((path(at(16)) - path(at(0))) / 0.01) as f32;
-                let force = if speed == 0.0 { 5.0 } else { self.drag(speed) };
+                let force = if speed == 0.0 { 5.0 } else { self.drag(speed) + self.pull_n };
                 // half a code of triangular dither spreads the rounding
                 let dither = |n: usize| ((n * 7 % 16) as f32 - 7.5) / 8.0;
                 let mut block = RawBlock {
@@ -515,6 +518,42 @@ mod tests {
                 assert!((v.value - speed as f32).abs() <= 3.0 * v.sigma, "{speed}: {v:?}");
                 assert_eq!(e.motion, if speed > 0.0 { Motion::Forward } else { Motion::Backward });
             }
+        }
+    }
+
+    #[test]
+    fn a_known_mass_is_taken_off_where_an_unknown_one_silences() {
+        let path = |t: f64| 0.08 * t + 0.005 * t * t;
+        let unknown = Params { moved_mass_kg: 60.0, ..CALIBRATED };
+        let mut axis = Axis { pull_n: 60.0 * 0.01, ..Axis::new(unknown) };
+        assert_eq!(axis.run(60, path).motion, Motion::Accelerating);
+        let mut known = unknown;
+        known.left_out.pull.inertia_kg = 60.0;
+        let mut axis = Axis { pull_n: 60.0 * 0.01, ..Axis::new(known) };
+        let e = axis.run(60, path);
+        assert!((e.preload_n.expect("trusted").value / 3000.0 - 1.0).abs() < 0.01, "{e:?}");
+        // the same force, taken for the guide's, is several per cent of preload
+        let mut axis = Axis { pull_n: 60.0 * 0.01, ..Axis::new(CALIBRATED) };
+        assert!(axis.run(60, path).preload_n.expect("trusted").value > 1.025 * 3000.0);
+    }
+
+    #[test]
+    fn what_acts_beside_the_law_is_taken_off_in_either_direction() {
+        let mut params = CALIBRATED;
+        params.left_out.seal.coulomb_n = [4.0, 3.0];
+        params.left_out.sensor.offset_n = -1.5;
+        params.left_out.start_m = 0.4;
+        params.left_out.pull.per_m_n_m = 2.0;
+        for (speed, seals) in [(0.05, 4.0), (-0.05, 3.0f32)] {
+            // after 0.6 s the window's middle lies 0.44 s along the way
+            let place = 0.4 + speed * 0.44;
+            let pull_n = seals * (speed as f32).signum() - 1.5 + 2.0 * place as f32;
+            let mut axis = Axis { pull_n, ..Axis::new(params) };
+            let e = axis.run(60, |t| speed * t);
+            let got = e.preload_n.expect("trusted").value;
+            assert!((got / 3000.0 - 1.0).abs() < 0.01, "{speed}: {got}");
+            let at = axis.state.working_point().expect("trusted");
+            assert!((f64::from(at.place_m) - speed * 0.44).abs() < 1e-4, "{at:?}");
         }
     }
 
