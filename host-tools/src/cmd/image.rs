@@ -19,7 +19,9 @@ use super::{Failure, output, say};
 ///
 /// The simulation's law, oil and mechanisms go into the image. Sensors, ranges, node and the mark
 /// that the block is calibrated come from --record; without it they are those of an unprogrammed
-/// block, and an image that is not calibrated gives no preload. A mechanism that the block cannot
+/// block, and an image that is not calibrated gives no preload. What diagnose exports has preload
+/// and friction moved within their tolerances; a calibrated block keeps its own with --keep-law.
+/// A mechanism that the block cannot
 /// run is refused with its name and the reason: exit status 3, no image.
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment, allow_negative_numbers = true)]
@@ -51,6 +53,9 @@ pub(crate) struct Arguments {
     /// Highest temperature
     #[arg(long, value_name = "DEGC", requires = "from_degc")]
     to_degc: Option<f64>,
+    /// Keep the friction law and the oil of --record and take the mechanisms alone
+    #[arg(long, requires = "record")]
+    keep_law: bool,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -88,6 +93,7 @@ fn make(arguments: &Arguments, path: &PathBuf, out: &PathBuf) -> Result<String, 
         external_load_n: there.map(|there| [there, arguments.external_load_back_n.unwrap_or(there)]),
         start_m: arguments.start_m,
         temperature_degc: arguments.from_degc.zip(arguments.to_degc).map(|(from, to)| [from, to]),
+        keep_law: arguments.keep_law,
     };
     let made = image::build(&simulation, &base, &told).map_err(|why| {
         if let (NoImage::Refused(refused), true) = (&why, arguments.json) {
@@ -97,6 +103,7 @@ fn make(arguments: &Arguments, path: &PathBuf, out: &PathBuf) -> Result<String, 
         Failure::Data(format!("{}: {why}", path.display()))
     })?;
     fs::write(out, &made.bytes).map_err(|error| Failure::file(out, error))?;
+    made.notes.iter().for_each(say);
     if !made.record.params.calibrated {
         say("the image is NOT calibrated and gives no preload: make it from the block's own record with --record");
     }

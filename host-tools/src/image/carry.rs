@@ -91,7 +91,7 @@ fn one(
             own.viscous.exponent = numbers.f32("exponent");
             done("viscous")
         }
-        (Id::ViscosityTemperature, "minimal" | "rate") => oil(set, params, numbers),
+        (Id::ViscosityTemperature, "minimal" | "rate") => oil(set, told, params, numbers),
         (Id::DirectionAsymmetry, "minimal" | "by-speed") => {
             own.asymmetry.part = numbers.f32("part");
             own.asymmetry.viscous_n_s_m = numbers.f32("viscous_n_s_m");
@@ -213,11 +213,19 @@ fn reason(id: Id) -> String {
 }
 
 /// The law was told one viscosity; the block has the oil that the temperature says.
-fn oil(set: &GuideSet, params: &mut Params, numbers: &Numbers<'_>) -> Outcome {
-    let Lubricant::Constant(nu) = set.lubricant() else {
-        return Err("the simulation's oil follows temperature already, so this adds nothing; leave it out".to_owned());
+fn oil(set: &GuideSet, told: &Circumstances, params: &mut Params, numbers: &Numbers<'_>) -> Outcome {
+    let kept = params.viscosity.ln;
+    let of_law = match set.lubricant() {
+        // the law that stays has its own viscosity
+        _ if told.keep_law => (kept[1..] == [0.0; 3]).then(|| f64::from(kept[0]).exp()),
+        Lubricant::Constant(nu) => Some(nu),
+        Lubricant::Walther(_) => None,
     };
-    let (from, to) = (f64::from(params.viscosity.from_degc), f64::from(params.viscosity.to_degc));
+    let Some(nu) = of_law else {
+        return Err("the law's oil follows temperature already, so this adds nothing; leave it out".to_owned());
+    };
+    let own = [params.viscosity.from_degc, params.viscosity.to_degc].map(f64::from);
+    let [from, to] = told.temperature_degc.unwrap_or(own);
     let reference = numbers.of("reference_degc");
     params.viscosity = if numbers.form.name == "rate" {
         let rate = numbers.of("rate_per_k");

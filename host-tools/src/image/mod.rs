@@ -16,7 +16,7 @@ use model_core::reduced::Reduced;
 use model_core::viscosity::ViscosityCubic;
 use simulation::Simulation;
 use simulation::file::Law;
-use simulation::guide::Lubricant;
+use simulation::guide::{GuideSet, Lubricant};
 use simulation::mechanism::Id;
 
 pub use page::{describe, described_json, refusal_json, text, to_json};
@@ -30,6 +30,9 @@ pub struct Circumstances {
     pub start_m: f64,
     /// Temperatures that the image is to hold for, °C; without it those of the record.
     pub temperature_degc: Option<[f64; 2]>,
+    /// Keep the record's friction law and oil and take the mechanisms alone: the diagnosis may have moved preload and
+    /// friction together within their tolerances, which the drag does not tell apart and a calibrated block does.
+    pub keep_law: bool,
 }
 
 /// An image, and how what was in the simulation got into it.
@@ -43,6 +46,8 @@ pub struct Image {
     pub hash: u32,
     /// Each mechanism of the simulation and what became of it.
     pub carried: Vec<Carried>,
+    /// What a person should know before the image is used.
+    pub notes: Vec<String>,
 }
 
 /// A mechanism that the image has.
@@ -101,6 +106,9 @@ pub fn build(simulation: &Simulation, base: &ParameterRecord, told: &Circumstanc
     };
     let mut record = *base;
     let params = &mut record.params;
+    if told.keep_law {
+        return finish(simulation, set, told, record, Vec::new());
+    }
     let exact = set.exact();
     params.law = Reduced::of(exact.guide(), exact.friction(), f64::from(params.law.load_limit_n)).to_f32();
     params.viscosity_number_per_cst = set.hersey_scale() as f32;
@@ -110,6 +118,33 @@ pub fn build(simulation: &Simulation, base: &ParameterRecord, told: &Circumstanc
         Lubricant::Constant(nu) => constant(nu, from, to),
         Lubricant::Walther(walther) => walther.cubic(from, to).map_err(|why| NoImage::Oil(from, to, why))?,
     };
+    finish(simulation, set, told, record, notes(simulation))
+}
+
+/// What the law of a simulation changes in the meaning of a preload.
+fn notes(simulation: &Simulation) -> Vec<String> {
+    let scale = simulation.columns.iter().find(|(name, _)| name == "preload_n").and_then(|(_, mapping)| {
+        let scale: f64 = mapping.split(':').nth(1)?.trim().parse().ok()?;
+        (scale != 1.0).then_some(scale)
+    });
+    let note = |scale: f64| {
+        format!(
+            "the simulation's law belongs to preloads read with a factor of {scale:.4}: the block will tell preloads on that \
+             scale; --keep-law takes the mechanisms alone and leaves a calibrated block its own"
+        )
+    };
+    scale.map(note).into_iter().collect()
+}
+
+/// Everything but the law.
+fn finish(
+    simulation: &Simulation,
+    set: &GuideSet,
+    told: &Circumstances,
+    mut record: ParameterRecord,
+    notes: Vec<String>,
+) -> Result<Image, NoImage> {
+    let params = &mut record.params;
     // the simulation says all that acts; what the record had of it is replaced
     params.seals = Seals { coulomb_n: 0.0, viscous_n_s_m: 0.0 };
     params.left_out = LeftOut { start_m: told.start_m as f32, ..LeftOut::NOTHING };
@@ -117,7 +152,7 @@ pub fn build(simulation: &Simulation, base: &ParameterRecord, told: &Circumstanc
     let mut buffer = [0; MAX_SIZE];
     let bytes = encode(&record, &mut buffer).map_err(|why| NoImage::Parameters(why.to_string()))?.to_vec();
     let hash = image_hash(&bytes).unwrap_or_default();
-    Ok(Image { record, bytes, hash, carried })
+    Ok(Image { record, bytes, hash, carried, notes })
 }
 
 /// An oil that does not change.

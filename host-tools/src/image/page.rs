@@ -63,6 +63,8 @@ struct Made<'a> {
     acting: Vec<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     mechanisms: Option<Vec<Entry<'a>>>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    notes: &'a [String],
     #[serde(skip_serializing_if = "Option::is_none")]
     parameters: Option<&'a model_core::params::Params>,
 }
@@ -87,7 +89,11 @@ struct NotMade<'a> {
 pub fn to_json<'a>(image: &'a Image) -> String {
     let entry = |c: &'a Carried| Entry { id: c.id.name(), form: c.form, carried: Some(&c.how), refused: None };
     let mechanisms = image.carried.iter().map(entry).collect();
-    json(&Made { mechanisms: Some(mechanisms), ..made(&image.record, image.hash, image.bytes.len()) })
+    json(&Made {
+        mechanisms: Some(mechanisms),
+        notes: &image.notes,
+        ..made(&image.record, image.hash, image.bytes.len())
+    })
 }
 
 /// What an image holds, as one JSON object.
@@ -110,6 +116,7 @@ fn made<'a>(record: &ParameterRecord, hash: u32, bytes: usize) -> Made<'a> {
         calibrated: record.params.calibrated,
         acting: record.params.left_out.acting().names().collect(),
         mechanisms: None,
+        notes: &[],
         parameters: None,
     }
 }

@@ -11,8 +11,12 @@ fn simulation(mechanisms: &str) -> Simulation {
     Simulation::from_toml(&format!("{HEAD}{mechanisms}")).unwrap_or_else(|why| panic!("{why}\n{mechanisms}"))
 }
 
-const TOLD: Circumstances =
-    Circumstances { external_load_n: Some([400.0, 400.0]), start_m: 0.0, temperature_degc: Some([15.0, 45.0]) };
+const TOLD: Circumstances = Circumstances {
+    external_load_n: Some([400.0, 400.0]),
+    start_m: 0.0,
+    temperature_degc: Some([15.0, 45.0]),
+    keep_law: false,
+};
 
 /// Mechanisms that the block runs, each with numbers that make a few per cent of the drag.
 const CARRIED: [(&str, &str); 18] = [
@@ -136,6 +140,32 @@ fn the_oil_of_a_data_sheet_is_followed_as_well_as_its_cubic() {
         println!("oil by its grade over {range:?} degC: worst error of the preload {worst:.1e}");
         assert!(worst < limit, "{range:?}: {worst:.1e}");
     }
+}
+
+#[test]
+fn a_calibrated_block_keeps_its_law_and_takes_the_mechanisms() {
+    let mut base = UNPROGRAMMED;
+    base.params.law.mu_coulomb *= 1.1;
+    let text = format!("[columns]\npreload_n = \"preload_n:1.0944\"\n{}", entry(CARRIED[0].1));
+    let simulation = simulation(&text);
+    let told = Circumstances { keep_law: true, ..TOLD };
+    let kept = build(&simulation, &base, &told).expect("legal");
+    let mut expected = base.params;
+    expected.left_out.seal.coulomb_n = [4.0; 2];
+    assert_eq!((kept.record.params, kept.notes.len()), (expected, 0));
+    // otherwise a person is told what the scale of preload has become
+    let taken = build(&simulation, &base, &TOLD).expect("legal");
+    assert_ne!(taken.record.params.law, base.params.law);
+    assert!(taken.notes.len() == 1 && taken.notes[0].contains("1.0944"), "{:?}", taken.notes);
+    // oil that the simulation found against a constant one: the record's own constant is the law's
+    let oil =
+        entry("id = \"viscosity-temperature\"\nform = \"rate\"\nreference_degc = 30.0\nrate_per_k = 0.04\npart = 1.0");
+    let oil = Simulation::from_toml(&format!("{HEAD}{oil}")).expect("legal");
+    assert!(build(&oil, &base, &told).expect_err("its oil follows temperature").to_string().contains("already"));
+    base.params.viscosity = constant(80.0, 5.0, 65.0);
+    let params = build(&oil, &base, &told).expect("legal").record.params;
+    assert!((params.left_out.oil.law_cst / 80.0 - 1.0).abs() < 1e-6);
+    assert!((params.viscosity.at(30.0).expect("inside").cst / 80.0 - 1.0).abs() < 1e-5);
 }
 
 #[test]
