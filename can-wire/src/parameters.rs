@@ -212,7 +212,7 @@ pub fn length(bytes: &[u8]) -> Option<usize> {
 
 /// What tells one parameter image from another: CRC-32 of the record's body, so of everything that the block knows.
 ///
-/// Sent once a second by a block that runs it ([`image`](crate::image)). `None` of bytes that begin with no record;
+/// Sent once a second by a block that runs it ([`state`](mod@crate::state)). `None` of bytes that begin with no record;
 /// that the record is sound is for [`decode`] to say. Never 0, which stands for a block without a record.
 pub fn image_hash(bytes: &[u8]) -> Option<u32> {
     let body = bytes.get(HEADER..length(bytes)? - TRAILER)?;

@@ -139,7 +139,7 @@ fn an_image_arrives_whole_or_not_at_all() {
     assert_eq!((server.image(), server.changes()), (&image[..], 1));
     assert_eq!(read(&mut server, Field::ImageState), Reply::Value(UploadState::Saving as u32));
     assert_eq!(begin(&mut server), Reply::Refused(Abort::State));
-    server.saved(true);
+    server.saved(UploadState::Saved);
     assert_eq!(read(&mut server, Field::ImageState), Reply::Value(UploadState::Saved as u32));
 }
 

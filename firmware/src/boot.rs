@@ -2,6 +2,7 @@
 
 use can_wire::NodeId;
 use can_wire::parameters::{self, BadRecord};
+use can_wire::service::Settings as Set;
 use model_core::monitor::Monitor;
 use model_core::params::Params;
 
@@ -22,6 +23,8 @@ pub struct Settings {
     pub image_hash: u32,
     /// How many images were saved before it, 0 for a programmer's.
     pub generation: u32,
+    /// What a client has set and kept.
+    pub set: Set,
 }
 
 /// Why a record was refused; the checks of the model are the record's own.
@@ -35,8 +38,14 @@ impl From<model_core::Error> for Refused {
 
 impl Settings {
     /// Not loaded yet.
-    pub const UNSET: Settings =
-        Settings { node: NodeId::FIRST, monitor: Monitor::UNSET, refused: None, image_hash: 0, generation: 0 };
+    pub const UNSET: Settings = Settings {
+        node: NodeId::FIRST,
+        monitor: Monitor::UNSET,
+        refused: None,
+        image_hash: 0,
+        generation: 0,
+        set: Set::DELIVERED,
+    };
 
     /// Reads the record, in place: the settings are larger than the stack likes.
     ///
@@ -45,6 +54,7 @@ impl Settings {
     pub fn load(&mut self, storage: &impl Storage) -> Result<(), model_core::Error> {
         let stored = store::newest(storage.regions());
         let bytes = stored.record;
+        self.set = stored.settings();
         let read = self.monitor.set_up(|params| parameters::decode_into(bytes, params).map_err(Refused));
         match read {
             Ok(node) => {
@@ -59,6 +69,7 @@ impl Settings {
                 self.refused = Some(why);
                 self.image_hash = 0;
                 self.generation = 0;
+                self.set = Set::DELIVERED;
                 self.monitor.set_up(|params| {
                     *params = Params::ZHOU_2023;
                     Ok(())

@@ -25,7 +25,7 @@ use model_core::monitor::State;
 use model_core::sample::RawBlock;
 use static_cell::{ConstStaticCell, StaticCell};
 
-use crate::board::{self, Bus, Dog, Ears, NoStore, Reset, Sampler, Uptime};
+use crate::board::{self, Bus, Dog, Ears, ImageStore, Reset, Sampler, Uptime};
 
 type Mutex = CriticalSectionRawMutex;
 
@@ -77,7 +77,7 @@ async fn main(spawner: Spawner) {
         settings.node.get(),
         params.calibrated
     );
-    let image = settings.image_hash;
+    let (image, set) = (settings.image_hash, settings.set);
     let beside =
         Beside { acting: params.left_out.acting(), record: settings.refused.is_none(), calibrated: params.calibrated };
     let wavelength_m = params.ball_pass_wavelength_m;
@@ -104,6 +104,7 @@ async fn main(spawner: Spawner) {
         publisher: Publisher::new(settings.node),
         blocks: BLOCKS.receiver(),
         reports: &REPORTS,
+        notices: &NOTICES,
         clock: Uptime,
         liveness: &LIVENESS,
     })));
@@ -132,9 +133,9 @@ async fn main(spawner: Spawner) {
     };
     spawner.spawn(defmt::unwrap!(serve(Serve {
         source: board.ears,
-        keep: NoStore,
+        keep: board.store,
         restart: Reset,
-        server: SERVER.init_with(|| Server::new(settings.node, DELIVERED_KEY, Set::DELIVERED)),
+        server: SERVER.init_with(|| Server::new(settings.node, DELIVERED_KEY, set)),
         // no two starts in a row number their bursts alike
         sender: SENDER.init_with(|| Sender::new(settings.node, (board.boot_count as u8).wrapping_mul(31))),
         blocks: COPIES.receiver(),
@@ -169,7 +170,7 @@ async fn publish(runner: Publish<'static, Mutex, Bus, Uptime>) {
 }
 
 #[embassy_executor::task]
-async fn serve(runner: Serve<'static, Mutex, Ears, NoStore, Reset, Uptime>) {
+async fn serve(runner: Serve<'static, Mutex, Ears, ImageStore, Reset, Uptime>) {
     runner.run().await;
 }
 

@@ -113,8 +113,10 @@ pub enum Kept {
 pub enum KeepError {
     /// This block has no store.
     NoStore,
-    /// The bytes are no image that this block can run.
+    /// The bytes are no image that this block can run, or settings without an image to keep them with.
     Refused,
+    /// There is no room until the next start, which makes room.
+    Full,
     /// The memory did not take them.
     Memory,
 }
@@ -125,6 +127,7 @@ impl KeepError {
         match self {
             KeepError::NoStore => "no store",
             KeepError::Refused => "refused",
+            KeepError::Full => "no room until the next start",
             KeepError::Memory => "memory failed",
         }
     }

@@ -4,12 +4,16 @@
 //! that was programmed is ever programmed again, and a region is erased only while the other one holds the newest image.
 //!
 //! ```text
-//! place  0                              576                  1008                                     1024
-//!       +------------------------------+--------------------+------------+-------------+-------+------+
-//!       | record, see can-wire         | erased             | generation | !generation | CRC   | GBOK |
-//!       | up to 576 B                  |                    | u32        | u32         | u32   | 4 B  |
-//!       +------------------------------+--------------------+------------+-------------+-------+------+
+//! place  0                       576       992        1008                                     1024
+//!       +-----------------------+---------+----------+------------+-------------+-------+------+
+//!       | record, see can-wire  | erased  | settings | generation | !generation | CRC   | GBOK |
+//!       | up to 576 B           |         | 15 B     | u32        | u32         | u32   | 4 B  |
+//!       +-----------------------+---------+----------+------------+-------------+-------+------+
 //! ```
+//!
+//! What a client has set lies beside the image it was set for, so that both change at one instant: to keep settings is to
+//! save the same image once more. A new image takes the settings along, but not a zero that was taken with another zero
+//! code. Settings guard themselves; damaged ones count as those of delivery.
 //!
 //! The last sixteen bytes are written last, after the record was read back: they make it count. Their CRC is the record's
 //! own, so they belong to no other. The image with the largest generation that is whole wins; one that is damaged gives
@@ -21,19 +25,28 @@
 //! never erases: [`Store::prepare`] does, at start-up before the watchdog runs, when the region in use is full.
 
 use can_wire::parameters::{self, BadRecord};
+use can_wire::service::Settings;
 use embedded_storage::nor_flash::NorFlash;
 use model_core::params::Params;
+
+use crate::ports::{Keep, KeepError, Kept};
 
 /// Bytes of a place; a multiple of what any chip programs at a time.
 pub const PLACE: usize = 1024;
 
-const _: () = assert!(parameters::MAX_SIZE <= COMMIT_AT);
+/// Bytes programmed at a time, a multiple of any chip's.
+const WORDS: usize = 16;
+
+const _: () = assert!(parameters::MAX_SIZE <= SETTINGS_AT && Settings::LENGTH <= WORDS);
 
 /// Bytes that make a record count.
 const COMMIT: usize = 16;
 
 /// Where they stand.
 const COMMIT_AT: usize = PLACE - COMMIT;
+
+/// Where settings stand.
+const SETTINGS_AT: usize = COMMIT_AT - WORDS;
 
 /// Their end.
 const OK: [u8; 4] = *b"GBOK";
@@ -84,6 +97,22 @@ pub struct Stored<'a> {
     pub record: &'a [u8],
     /// How many images were saved before it; `None` where there is none.
     pub generation: Option<u32>,
+}
+
+impl Stored<'_> {
+    /// What a client has set and kept beside this image; else what a block is delivered with.
+    pub fn settings(&self) -> Settings {
+        match self.generation {
+            Some(_) => settings_in(self.record).unwrap_or(Settings::DELIVERED),
+            None => Settings::DELIVERED,
+        }
+    }
+}
+
+/// The settings in a place, if there are sound ones.
+fn settings_in(place: &[u8]) -> Option<Settings> {
+    let bytes = place.get(SETTINGS_AT..)?.first_chunk::<{ Settings::LENGTH }>()?;
+    Settings::from_bytes(bytes).ok()
 }
 
 /// Finds the image that counts in the memory of the two regions.
@@ -139,6 +168,7 @@ pub struct Store<'a, F> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Found {
     region: usize,
+    at: u32,
     generation: u32,
 }
 
@@ -180,24 +210,79 @@ impl<'a, F: NorFlash> Store<'a, F> {
         // what decodes has a length within any record
         let record = parameters::length(record).and_then(|n| record.get(..n)).ok_or(SaveError::Flash)?;
         let crc = *record.last_chunk::<4>().ok_or(SaveError::Flash)?;
+        let zero_code = scratch.calibration.force.zero_code;
         let found = self.newest()?;
+        let settings = self.settings_for(found, zero_code, &mut scratch)?;
+        let (place, generation) = self.next(found)?;
+        // whole words; the last ones are filled up with what erased flash reads as
+        let (words, rest) = record.as_chunks::<WORDS>();
+        let words = words.as_flattened();
+        self.program(place, words)?;
+        if !rest.is_empty() {
+            let mut last = [ERASED; WORDS];
+            last.get_mut(..rest.len()).ok_or(SaveError::Flash)?.copy_from_slice(rest);
+            self.program(place + words.len() as u32, &last)?;
+        }
+        self.finish(place, settings, Commit { generation, crc })?;
+        Ok(generation)
+    }
+
+    /// Keeps settings: saves the newest image once more, with these beside it.
+    ///
+    /// # Errors
+    /// [`SaveError::Refused`] where there is no image; else as [`save`](Self::save).
+    pub fn save_settings(&mut self, settings: &Settings) -> Result<u32, SaveError> {
+        let found = self.newest()?.ok_or(SaveError::Refused(BadRecord::Erased))?;
+        let (place, generation) = self.next(Some(found))?;
+        self.read(found.at)?;
+        let length = parameters::length(self.place).ok_or(SaveError::Flash)?;
+        let crc = self.place.get(..length).and_then(|record| record.last_chunk::<4>());
+        let crc = *crc.ok_or(SaveError::Flash)?;
+        let mut words = [ERASED; WORDS];
+        for offset in (0..length as u32).step_by(WORDS) {
+            self.flash.read(found.at + offset, &mut words).map_err(|_| SaveError::Flash)?;
+            self.program(place + offset, &words)?;
+        }
+        self.finish(place, Some(*settings), Commit { generation, crc })?;
+        Ok(generation)
+    }
+
+    /// The settings beside the image in use, as far as they hold for one with this zero code.
+    fn settings_for(
+        &mut self,
+        found: Option<Found>,
+        zero_code: f32,
+        scratch: &mut Params,
+    ) -> Result<Option<Settings>, SaveError> {
+        let Some(found) = found else { return Ok(None) };
+        self.read(found.at)?;
+        let Some(settings) = settings_in(self.place) else { return Ok(None) };
+        let before = parameters::decode_into(self.place, scratch).map(|_| scratch.calibration.force.zero_code);
+        let zero_shift_sixteenths = if before == Ok(zero_code) { settings.zero_shift_sixteenths } else { 0 };
+        Ok(Some(Settings { zero_shift_sixteenths, ..settings }))
+    }
+
+    /// Place and generation of the next save.
+    fn next(&mut self, found: Option<Found>) -> Result<(u32, u32), SaveError> {
         let generation = found.map_or(0, |f| f.generation).checked_add(1).ok_or(SaveError::Full)?;
         let region = found.map_or(0, |f| f.region);
         let place = match self.blank_place(region)? {
             Some(place) => place,
             None => self.blank_place(1 - region)?.ok_or(SaveError::Full)?,
         };
-        // whole words; the last ones are filled up with what erased flash reads as
-        let (words, rest) = record.as_chunks::<COMMIT>();
-        let words = words.as_flattened();
-        self.program(place, words)?;
-        if !rest.is_empty() {
-            let mut last = [ERASED; COMMIT];
-            last.get_mut(..rest.len()).ok_or(SaveError::Flash)?.copy_from_slice(rest);
-            self.program(place + words.len() as u32, &last)?;
+        Ok((place, generation))
+    }
+
+    /// Puts settings beside a record, then makes both count.
+    fn finish(&mut self, place: u32, settings: Option<Settings>, commit: Commit) -> Result<(), SaveError> {
+        if let Some(settings) = settings {
+            let mut words = [ERASED; WORDS];
+            for (byte, value) in words.iter_mut().zip(settings.to_bytes()) {
+                *byte = value;
+            }
+            self.program(place + SETTINGS_AT as u32, &words)?;
         }
-        self.program(place + COMMIT_AT as u32, &Commit { generation, crc }.bytes())?;
-        Ok(generation)
+        self.program(place + COMMIT_AT as u32, &commit.bytes())
     }
 
     /// Programs and reads back.
@@ -217,7 +302,7 @@ impl<'a, F: NorFlash> Store<'a, F> {
                 if let Some(generation) = generation(self.place, takes_raw)
                     && best.is_none_or(|b| generation > b.generation)
                 {
-                    best = Some(Found { region, generation });
+                    best = Some(Found { region, at, generation });
                 }
             }
         }
@@ -246,6 +331,24 @@ impl<'a, F: NorFlash> Store<'a, F> {
     fn places(&self, region: usize) -> impl Iterator<Item = u32> + use<'a, F> {
         let start = self.regions.get(region).copied().unwrap_or_default();
         (start..start + self.length).step_by(PLACE)
+    }
+}
+
+impl<F: NorFlash> Keep for Store<'_, F> {
+    /// Does not await: the processor stands while flash is programmed, for a few milliseconds, and never erases.
+    async fn save(&mut self, what: Kept, bytes: &[u8]) -> Result<(), KeepError> {
+        let kept = match what {
+            Kept::Image => self.save(bytes),
+            Kept::Settings => match bytes.first_chunk().map(Settings::from_bytes) {
+                Some(Ok(settings)) => self.save_settings(&settings),
+                _ => return Err(KeepError::Refused),
+            },
+        };
+        kept.map(|_| ()).map_err(|why| match why {
+            SaveError::Refused(_) => KeepError::Refused,
+            SaveError::Full => KeepError::Full,
+            SaveError::Flash => KeepError::Memory,
+        })
     }
 }
 

@@ -152,10 +152,11 @@ impl Server {
         self.upload.image()
     }
 
-    /// The shell has kept the image, or could not.
-    pub fn saved(&mut self, kept: bool) {
+    /// The shell has kept the image, or could not: [`UploadState::Saved`], [`Failed`](UploadState::Failed) or
+    /// [`Full`](UploadState::Full).
+    pub fn saved(&mut self, outcome: UploadState) {
         if self.upload.state == UploadState::Saving {
-            self.upload.state = if kept { UploadState::Saved } else { UploadState::Failed };
+            self.upload.state = outcome;
         }
     }
 

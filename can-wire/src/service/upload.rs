@@ -22,17 +22,20 @@ pub enum UploadState {
     Saved = 4,
     /// It was not saved; the image before it stays.
     Failed = 5,
+    /// It was not saved, because there was no room left for it: the block makes room when it starts, and then takes it.
+    Full = 6,
 }
 
 impl UploadState {
     /// All states, by code.
-    pub const ALL: [UploadState; 6] = [
+    pub const ALL: [UploadState; 7] = [
         UploadState::None,
         UploadState::Receiving,
         UploadState::Complete,
         UploadState::Saving,
         UploadState::Saved,
         UploadState::Failed,
+        UploadState::Full,
     ];
 
     /// The name used in tables, CSV and JSON.
@@ -44,6 +47,7 @@ impl UploadState {
             UploadState::Saving => "saving",
             UploadState::Saved => "saved",
             UploadState::Failed => "failed",
+            UploadState::Full => "no room left: restart the block and send it again",
         }
     }
 

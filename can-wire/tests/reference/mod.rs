@@ -165,7 +165,7 @@ impl Trial {
         }
         if self.plain.upload == UploadState::Saving && random.one_in(8) {
             let kept = random.one_in(2);
-            self.server.saved(kept);
+            self.server.saved(if kept { UploadState::Saved } else { UploadState::Failed });
             self.plain.upload = if kept { UploadState::Saved } else { UploadState::Failed };
         }
         if self.plain.zeroing && random.one_in(8) {

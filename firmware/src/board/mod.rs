@@ -28,9 +28,7 @@ use embassy_stm32::timer::qei::Qei;
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_time::{Instant, Timer};
 use embedded_can::Id;
-use firmware::ports::{
-    CHANNELS, Clock, Interruption, Keep, KeepError, Kept, Restart, SampleRun, SampleSource, Samples, Storage, Watchdog,
-};
+use firmware::ports::{CHANNELS, Clock, Interruption, Restart, SampleRun, SampleSource, Samples, Storage, Watchdog};
 use firmware::runners::supervise::WATCHDOG_US;
 use firmware::store::{self, Store};
 use model_core::sample::{SAMPLE_HZ, SAMPLES_PER_BLOCK};
@@ -58,7 +56,6 @@ pub(crate) struct Board {
     pub(crate) ears: Ears,
     pub(crate) watchdog: Dog,
     pub(crate) parameters: ParameterFlash,
-    #[expect(dead_code, reason = "nothing in this program saves images yet")]
     pub(crate) store: ImageStore,
     pub(crate) reset_cause: ResetCause,
     pub(crate) boot_count: u16,
@@ -232,15 +229,6 @@ impl Storage for ParameterFlash {
             // is read at start-up is dropped before a store may write there.
             unsafe { core::slice::from_raw_parts(start, chip::IMAGE_REGION as usize) }
         })
-    }
-}
-
-/// A block without a store: it says so and keeps nothing.
-pub(crate) struct NoStore;
-
-impl Keep for NoStore {
-    async fn save(&mut self, _: Kept, _: &[u8]) -> Result<(), KeepError> {
-        Err(KeepError::NoStore)
     }
 }
 

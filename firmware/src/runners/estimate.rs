@@ -1,6 +1,7 @@
 //! Runs the pipeline over the blocks, and says so when no blocks come.
 
 use can_wire::Publisher;
+use can_wire::burst::Order;
 use can_wire::service::Settings;
 use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::RawMutex;
@@ -20,6 +21,13 @@ use crate::{Frames, process_block};
 
 /// Publishing periods without an estimate before the bus is told that nothing new is known.
 const STALE_AFTER_PERIODS: u64 = 3;
+
+/// The burst that a block sends of itself when it notices that its model does not fit: the second before, and what
+/// follows, to the length that an order can have.
+pub const NOTICE: Order = Order { blocks: NOTICE_BLOCKS, past: 100, asked: false };
+
+/// Half a minute.
+const NOTICE_BLOCKS: u16 = 3000;
 
 /// What the publisher is told, at the publishing rate.
 #[derive(Clone, Copy, Debug)]
@@ -55,6 +63,8 @@ pub struct Estimate<'a, M: RawMutex, C> {
     pub blocks: Receiver<'a, M, RawBlock, DEPTH>,
     /// Where reports go.
     pub reports: &'a Signal<M, Report>,
+    /// Where a burst is ordered when the model stops fitting.
+    pub notices: &'a Signal<M, Order>,
     /// Time.
     pub clock: C,
     /// Signs of life.
@@ -69,6 +79,7 @@ impl<M: RawMutex, C: Clock> Estimate<'_, M, C> {
         let mut fit = Consistency::new(self.monitor.params());
         let mut stale_at_us = self.clock.now_us() + STALE_AFTER_PERIODS * period_us;
         let mut newest = (0_u32, self.clock.now_us());
+        let mut fitted = true;
         loop {
             if let Some(settings) = self.tuning.try_take() {
                 tune(self.monitor, of_record, &settings);
@@ -99,6 +110,11 @@ impl<M: RawMutex, C: Clock> Estimate<'_, M, C> {
                 }
                 Either::Second(()) => {}
             }
+            let fits = self.watch.verdict().misfit_since.is_none();
+            if fitted && !fits {
+                self.notices.signal(NOTICE);
+            }
+            fitted = fits;
             self.liveness.report(Member::Estimate);
         }
     }
@@ -188,6 +204,7 @@ mod tests {
             publisher: Publisher::new(NodeId::FIRST),
             blocks: blocks.receiver(),
             reports: &reports,
+            notices: &Signal::new(),
             clock: &desk,
             liveness: &liveness,
         };
@@ -243,6 +260,7 @@ mod tests {
             publisher: Publisher::new(NodeId::FIRST),
             blocks: blocks.receiver(),
             reports: &reports,
+            notices: &Signal::new(),
             clock: &desk,
             liveness: &liveness,
         };
@@ -278,6 +296,7 @@ mod tests {
             publisher: Publisher::new(NodeId::FIRST),
             blocks: blocks.receiver(),
             reports: &reports,
+            notices: &Signal::new(),
             clock: &desk,
             liveness: &liveness,
         };

@@ -4,7 +4,7 @@ use core::sync::atomic::Ordering;
 
 use can_wire::burst::{Cause, FRAME_BITS, Order, Sender, State};
 use can_wire::service::server::Server;
-use can_wire::service::{Action, BlockState, REQUEST_BASE, Settings};
+use can_wire::service::{Action, BlockState, REQUEST_BASE, Settings, UploadState};
 use can_wire::{BoardKind, RawFrame, ResetCause};
 use embassy_futures::select::{Either, Either3, select, select3};
 use embassy_sync::blocking_mutex::raw::RawMutex;
@@ -205,11 +205,15 @@ impl<M: RawMutex, R: FrameSource, K: Keep, T: Restart, C: Clock> Serve<'_, M, R,
             Action::Apply(settings) => self.apply(settings),
             Action::Keep(settings) => {
                 let kept = self.save(Kept::Settings, &settings.to_bytes()).await;
-                self.server.kept(kept);
+                self.server.kept(kept.is_ok());
             }
             Action::SaveImage => {
-                let kept = self.save_image().await;
-                self.server.saved(kept);
+                let outcome = match self.save_image().await {
+                    Ok(()) => UploadState::Saved,
+                    Err(KeepError::Full) => UploadState::Full,
+                    Err(_) => UploadState::Failed,
+                };
+                self.server.saved(outcome);
             }
             Action::TakeZero => pending.zero = Some(ZeroTaking::new(self.zero_in_use())),
             Action::ClearCounters => {
@@ -254,12 +258,12 @@ impl<M: RawMutex, R: FrameSource, K: Keep, T: Restart, C: Clock> Serve<'_, M, R,
         (self.identity.zero_code * 16.0) as i32 + i32::from(shift)
     }
 
-    async fn save_image(&mut self) -> bool {
+    async fn save_image(&mut self) -> Result<(), KeepError> {
         let saving = self.keep.save(Kept::Image, self.server.image());
         alive(saving, &self.clock, self.liveness).await
     }
 
-    async fn save(&mut self, what: Kept, bytes: &[u8]) -> bool {
+    async fn save(&mut self, what: Kept, bytes: &[u8]) -> Result<(), KeepError> {
         alive(self.keep.save(what, bytes), &self.clock, self.liveness).await
     }
 
@@ -286,15 +290,20 @@ impl<M: RawMutex, R: FrameSource, K: Keep, T: Restart, C: Clock> Serve<'_, M, R,
 }
 
 /// Waits for something to be saved and shows signs of life meanwhile.
-async fn alive(saving: impl Future<Output = Result<(), KeepError>>, clock: &impl Clock, liveness: &Liveness) -> bool {
+async fn alive(
+    saving: impl Future<Output = Result<(), KeepError>>,
+    clock: &impl Clock,
+    liveness: &Liveness,
+) -> Result<(), KeepError> {
     let mut saving = core::pin::pin!(saving);
     loop {
         let look = clock.sleep_until(clock.now_us() + REPORT_WITHIN_US / 2);
         match select(&mut saving, look).await {
-            Either::First(Ok(())) => return true,
-            Either::First(Err(why)) => {
-                warning!("not kept: {=str}", why.name());
-                return false;
+            Either::First(kept) => {
+                if let Err(why) = kept {
+                    warning!("not kept: {=str}", why.name());
+                }
+                return kept;
             }
             Either::Second(()) => liveness.report(Member::Serve),
         }

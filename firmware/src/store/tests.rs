@@ -289,3 +289,57 @@ fn empty_regions_say_what_is_wrong() {
     assert_eq!(parameters::decode(flash.stored().record), Err(BadRecord::Erased));
     assert_eq!(newest([&[], &[]]), Stored { record: &[], generation: None });
 }
+
+const SET: Settings = Settings {
+    publish_every_blocks: Some(5),
+    zero_shift_sixteenths: -24,
+    burst_load_percent: 30,
+    ..Settings::DELIVERED
+};
+
+#[test]
+fn settings_lie_beside_the_image_they_were_set_for() {
+    let mut store = store(lived(2));
+    assert_eq!(store.flash.stored().settings(), Settings::DELIVERED);
+    assert_eq!(store.save_settings(&SET), Ok(3));
+    assert_eq!(found(&store.flash, &[&image(2)]), Some(0));
+    assert_eq!(store.flash.stored().settings(), SET);
+    // the same image once more keeps them all, one with another zero code all but the zero
+    assert_eq!(store.save(&image(2)), Ok(4));
+    assert_eq!(store.flash.stored().settings(), SET);
+    assert_eq!(store.save(&image(3)), Ok(5));
+    assert_eq!(store.flash.stored().settings(), Settings { zero_shift_sixteenths: 0, ..SET });
+    // nothing to keep them with
+    let mut empty = self::store(Flash::new());
+    assert_eq!(empty.save_settings(&SET), Err(SaveError::Refused(BadRecord::Erased)));
+    assert_eq!(empty.flash.stored().settings(), Settings::DELIVERED);
+}
+
+#[test]
+fn wherever_the_power_is_cut_the_old_or_the_new_settings_are_found() {
+    let other = Settings { burst_load_percent: 7, ..SET };
+    for saves in 0..7 {
+        let prepared = || {
+            let mut store = store(lived(saves));
+            store.prepare().unwrap();
+            store.save_settings(&other).unwrap();
+            store.prepare().unwrap();
+            store
+        };
+        let mut whole = prepared();
+        let before = whole.flash.operations;
+        whole.save_settings(&SET).unwrap();
+        let operations = whole.flash.operations - before;
+        for cut in 1..=operations {
+            for torn in [Torn::Nothing, Torn::All, Torn::Some(1), Torn::Some(2), Torn::Some(3)] {
+                let mut store = prepared();
+                (store.flash.left, store.flash.torn) = (Some(cut), torn);
+                assert!(store.save_settings(&SET).is_err());
+                store.flash.restart();
+                assert_eq!(found(&store.flash, &[&image(saves)]), Some(0), "{saves} {cut} {torn:?}");
+                let kept = store.flash.stored().settings();
+                assert!(kept == other || kept == SET && cut == operations, "{saves} {cut} {torn:?}: {kept:?}");
+            }
+        }
+    }
+}

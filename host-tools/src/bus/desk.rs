@@ -148,7 +148,7 @@ impl Desk {
             if self.setup.keeps {
                 self.next_image = Some(can_wire::crc32(self.server.image()));
             }
-            self.server.saved(self.setup.keeps);
+            self.server.saved(if self.setup.keeps { UploadState::Saved } else { UploadState::Failed });
         }
         if self.zero_at_ms.is_some_and(|at| self.now_ms >= at) {
             self.zero_at_ms = None;
