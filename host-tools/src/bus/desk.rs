@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use can_wire::burst::{Cause, FRAME_BITS, Sender, State};
 use can_wire::service::server::{DELIVERED_KEY, Server};
-use can_wire::service::{Action, BlockState, Settings};
+use can_wire::service::{Action, BlockState, Settings, UploadState};
 use can_wire::{BoardKind, NodeId, RawFrame, ResetCause};
 use model_core::sample::{RawBlock, SAMPLES_PER_BLOCK};
 
