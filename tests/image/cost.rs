@@ -20,7 +20,7 @@ const BLOCK_AUGMENTED: u64 = 2 * BLOCK;
 /// Instructions of the watch on the model, for each estimate, beside the block's own.
 const WATCH: u64 = BLOCK / 2;
 const FLASH: u32 = 96 * 1024;
-const RAM: u32 = 12 * 1024;
+const RAM: u32 = 14 * 1024;
 const STACK: u32 = 2 * 1024;
 
 fn path(t: f64) -> f64 {
