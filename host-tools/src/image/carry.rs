@@ -104,6 +104,7 @@ fn one(
         }
         (Id::CableChain, "minimal") => {
             own.seal.coulomb_n = own.seal.coulomb_n.map(|before| before + numbers.f32("drag_n"));
+            own.pull.force_n += numbers.f32("force_n");
             own.pull.per_m_n_m += numbers.f32("force_per_m_n_m");
             done("its drag with the seals, its weight as pull")
         }
@@ -125,9 +126,10 @@ fn one(
             params.ball_pass_wavelength_m = numbers.f32("wavelength_m");
             wave(params, numbers, Acts::Preload, ["", "_1", "_2", "_3"])
         }
-        (Id::RailStraightness, _) | (Id::Contamination, "particle") => {
-            wave(params, numbers, Acts::Preload, ["", "_1", "_2", "_3"])
+        (Id::RailStraightness, "minimal" | "three-orders") | (Id::Contamination, "particle") => {
+            wave(params, numbers, Acts::Interference, ["", "_1", "_2", "_3"])
         }
+        (Id::RailStraightness, "profile") => table::of(simulation, params, numbers.added, Acts::Interference),
         (Id::DriveRipple, "minimal") => wave(params, numbers, Acts::Force, ["_n", "", "", ""]),
         (Id::DriveRipple, "two-orders") => wave(params, numbers, Acts::Force, ["", "_1_n", "_2_n", ""]),
         (Id::DriveRipple, "coupling") => {
@@ -141,7 +143,7 @@ fn one(
             place_wave(params, drag)?;
             done("two waves, one of force and one of friction")
         }
-        (Id::RailJoint, _) => table::of(simulation, params, numbers.added, Acts::Preload),
+        (Id::RailJoint, _) => table::of(simulation, params, numbers.added, Acts::Interference),
         (Id::Contamination, "minimal") => table::of(simulation, params, numbers.added, Acts::Drag),
         (Id::Presliding, "minimal") => {
             // 2·part·exp(-s/length)

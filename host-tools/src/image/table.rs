@@ -25,13 +25,17 @@ pub(super) fn of(simulation: &Simulation, params: &mut Params, added: &Added, ac
     let (length, pitch) = loaded_length_and_pitch_m(simulation);
     // nothing changes any more where the loaded length has left the place behind; a patch of dirt rises and falls over a
     // pitch at either end, and its corners are to fall on knots
-    let (reach, lines) = if acts == Acts::Preload {
+    let (reach, lines) = if matches!(acts, Acts::Preload | Acts::Interference) {
         (length, KNOTS - 1)
     } else {
         let pitches = ((length / pitch).round() as usize + 1).clamp(1, KNOTS - 1);
         (length + pitch, (KNOTS - 1) / pitches * pitches)
     };
-    let (from, to) = (place - 0.5 * reach, place + 0.5 * reach);
+    let (from, to, lines) = match (added.form().map(|form| form.name), added.shape.as_slice()) {
+        // a table already: its entries are the knots
+        (Some("profile"), [from, to]) => (*from, *to, added.amplitudes.len().clamp(2, KNOTS) - 1),
+        _ => (place - 0.5 * reach, place + 0.5 * reach, lines),
+    };
     let fine = FINE * lines;
     let at = |n: usize| from + (to - from) * n as f64 / fine as f64;
     let values = sample(simulation, added, acts, &(0..=fine).map(at).collect::<Vec<_>>())
@@ -83,8 +87,13 @@ fn sample(simulation: &Simulation, added: &Added, acts: Acts, places: &[f64]) ->
     let context = Context::of(simulation, &run, &motion).ok()?;
     let force = added.force_n(&context)?;
     let by_preload = &context.by_preload_n;
-    let one = |(force, by): (&f64, &f64)| if acts == Acts::Preload { force / by } else { *force };
-    let values: Vec<f64> = force.iter().zip(by_preload).map(one).collect();
+    let load = &context.steady.load_per_ball_n;
+    let one = |(n, (force, by)): (usize, (&f64, &f64))| match acts {
+        Acts::Preload => force / by,
+        Acts::Interference => force / by * load.get(n).map_or(1.0, |q| (q / 150.0).powf(2.0 / 3.0)),
+        Acts::Drag | Acts::Force => *force,
+    };
+    let values: Vec<f64> = force.iter().zip(by_preload).enumerate().map(one).collect();
     values.iter().all(|v| v.is_finite()).then_some(values)
 }
 

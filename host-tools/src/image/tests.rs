@@ -48,7 +48,7 @@ const CARRIED: [(&str, &str); 18] = [
         "id = \"drive-ripple\"\nform = \"coupling\"\nwavelength_m = 0.01\nsine_n = 0.5\ncosine_n = 0.3\n\
          drag_sine_n = 0.2\ndrag_cosine_n = 0.1",
     ),
-    ("seal", "id = \"cable-chain\"\ndrag_n = 1.0\nforce_per_m_n_m = 2.0"),
+    ("seal", "id = \"cable-chain\"\ndrag_n = 1.0\nforce_per_m_n_m = 2.0\nforce_n = 0.5"),
 ];
 
 fn entry(text: &str) -> String {
@@ -183,6 +183,16 @@ fn places_become_a_table() {
         println!("{text}: {worst:.1e}; {}", image.carried[0].how);
         assert!(worst < 1e-4, "{text}: {worst:.1e}");
     }
+    // a table on the desk: its entries are the knots
+    let entries: String = (0..48).map(|n| format!("at_{n:02} = {:.4}\n", 0.05 * (0.4 * f64::from(n)).sin())).collect();
+    let simulation = simulation(&entry(&format!(
+        "id = \"rail-straightness\"\nform = \"profile\"\nfrom_m = 0.0\nto_m = 1.0\n{entries}"
+    )));
+    let image = build(&simulation, &UNPROGRAMMED, &TOLD).unwrap_or_else(|why| panic!("{why}"));
+    assert_eq!(image.record.params.left_out.rail.knots, 48);
+    let worst = worst(&simulation, &TOLD);
+    println!("a profile of the rail: {worst:.1e}");
+    assert!(worst < 1e-5, "{worst:.1e}");
 }
 
 #[test]
@@ -228,12 +238,18 @@ fn what_the_chip_cannot_run_is_refused_by_name_all_at_once() {
 /// Every form of every mechanism of the library is either carried or refused with a reason; none is dropped.
 #[test]
 fn no_mechanism_is_dropped_silently() {
-    use simulation::mechanism::{Added, library};
+    use simulation::mechanism::{Added, ShapeParameter, library};
     let (mut carried, mut refused) = (0, 0);
     for definition in library() {
         for (form, own) in definition.forms.iter().enumerate() {
             let mut simulation = simulation("");
-            let shape = own.shape.iter().map(|s| (s.from * s.to).abs().sqrt().clamp(s.from, s.to)).collect();
+            let middle = |s: &ShapeParameter| match s.name {
+                // a stroke of a metre
+                "from_m" => 0.0,
+                "to_m" => 1.0,
+                _ => (s.from * s.to).abs().sqrt().clamp(s.from, s.to),
+            };
+            let shape = own.shape.iter().map(middle).collect();
             let amplitudes = own.amplitudes.iter().map(|a| 0.5 * a.typical).collect();
             simulation.mechanisms = vec![Added { id: definition.id, form, shape, amplitudes }];
             match build(&simulation, &UNPROGRAMMED, &TOLD) {

@@ -52,7 +52,7 @@ impl RailTable {
         check_f32("rail_knots", f32::from(self.knots))?;
         check_f32("rail_step_m", self.step_m)?;
         let largest = self.values.as_flattened().iter().fold(0, |a: u16, v| a.max(v.unsigned_abs()));
-        let amplitude = if self.acts == Acts::Preload { "left_out_part" } else { "left_out_force_n" };
+        let amplitude = self.acts.quantity();
         check_f32(amplitude, self.scale)?;
         check_f32(amplitude, f32::from(largest) * self.scale)
     }

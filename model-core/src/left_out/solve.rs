@@ -11,7 +11,11 @@
 
 use super::wave::Acts;
 use super::{LeftOut, Passage};
+use crate::num;
 use crate::reduced::{Inversion, OutOfDomain, Reduced};
+
+/// Load per ball at which an interference is told by the preload that it makes, N.
+const REFERENCE_LOAD_N: f32 = 150.0;
 
 /// Most secant steps.
 const STEPS: usize = 4;
@@ -23,6 +27,7 @@ const NEAR: f32 = 1e-3;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Place {
     preload: f32,
+    interference: f32,
     drag_n: f32,
     force_n: f32,
 }
@@ -33,6 +38,7 @@ impl Place {
             Acts::Preload => self.preload += x,
             Acts::Drag => self.drag_n += x,
             Acts::Force => self.force_n += x,
+            Acts::Interference => self.interference += x,
         }
     }
 }
@@ -82,7 +88,7 @@ impl LeftOut {
         }
         let contacts = drag_n - against - sign * along;
         let constant = 1.0 + self.sensor.gain_error + sign * self.asymmetry.part;
-        let by_preload = place.preload != 0.0 || self.load.acts();
+        let by_preload = place.preload != 0.0 || place.interference != 0.0 || self.load.acts();
         if !by_preload && !self.oil.acts() {
             return invert(contacts / constant, with_oil);
         }
@@ -91,6 +97,13 @@ impl LeftOut {
             let mut law_times = constant;
             if by_preload {
                 let mut preload = place.preload;
+                if place.interference != 0.0 {
+                    let load = at.load_per_ball_n / REFERENCE_LOAD_N;
+                    let root = num::rough_cbrt(load);
+                    // one step of Newton's makes it good to the last digits
+                    let root = root - (root * root * root - load) / (3.0 * root * root);
+                    preload += place.interference / (root * root);
+                }
                 if self.load.acts() {
                     let ratio = self.load.ratio(sign, at.preload_n);
                     law_times += self.load.rise(ratio, own.per_preload);
@@ -105,7 +118,7 @@ impl LeftOut {
             law_times
         };
         // corrections are small: the first guess is that of a law in proportion to preload
-        let mut n = constant + place.preload;
+        let mut n = constant + place.preload + place.interference;
         let mut answer = invert(contacts / n, with_oil)?;
         let mut told = correction(&answer);
         let mut next = told;
@@ -161,7 +174,9 @@ mod tests {
             / libm::log((1.0 + step) / (1.0 - step));
         let place = own.place(passage);
         let mut m = 1.0 + f64::from(own.sensor.gain_error) + sign * f64::from(own.asymmetry.part);
-        let mut rho = f64::from(place.preload);
+        let load = law.invert(d0, f64::from(law_cst) * v).expect("inside").load_per_ball_n;
+        let by_load = libm::cbrt(f64::from(REFERENCE_LOAD_N) / load);
+        let mut rho = f64::from(place.preload) + f64::from(place.interference) * by_load * by_load;
         if own.load.acts() {
             let ratio = own.load.ratio(passage.sign(), preload as f32);
             m += f64::from(own.load.rise(ratio, k as f32));
@@ -194,7 +209,12 @@ mod tests {
             start_m: 0.0,
             waves: [
                 Wave { acts: Acts::Preload, wavelength_m: 0.0143, sine: [0.02, 0.01, 0.0], cosine: [0.015, 0.0, 0.0] },
-                Wave { acts: Acts::Preload, wavelength_m: 0.6, sine: [0.06, 0.0, 0.01], cosine: [0.03, 0.02, 0.0] },
+                Wave {
+                    acts: Acts::Interference,
+                    wavelength_m: 0.6,
+                    sine: [0.06, 0.0, 0.01],
+                    cosine: [0.03, 0.02, 0.0],
+                },
                 Wave { acts: Acts::Force, wavelength_m: 0.005, sine: [0.4, 0.0, 0.0], cosine: [0.3, 0.0, 0.0] },
             ],
             rail,

@@ -27,6 +27,19 @@ pub enum Acts {
     Drag,
     /// Force, N, the same in both directions.
     Force,
+    /// Interference of balls and raceways, told by the relative preload that it makes at 150 N per ball:
+    /// `ρ ∝ Q^(-2/3)`, because `Q ∝ D^1.5`.
+    Interference,
+}
+
+impl Acts {
+    /// Name of the quantity whose range its amplitudes must be in.
+    pub(super) const fn quantity(self) -> &'static str {
+        match self {
+            Acts::Preload | Acts::Interference => "left_out_part",
+            Acts::Drag | Acts::Force => "left_out_force_n",
+        }
+    }
 }
 
 /// A wave along the rail.
@@ -53,7 +66,7 @@ impl Wave {
     }
 
     pub(super) fn check(&self) -> Result<(), Error> {
-        let amplitude = if self.acts == Acts::Preload { "left_out_part" } else { "left_out_force_n" };
+        let amplitude = self.acts.quantity();
         for x in self.sine.iter().chain(&self.cosine) {
             check_f32(amplitude, *x)?;
         }
