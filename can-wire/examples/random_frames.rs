@@ -4,7 +4,11 @@
 //! the DBC, the raw integer and the physical value in the DBC's unit (empty: not available), all separated by
 //! commas. The expected numbers come from the generator, not from the encoder.
 
-use can_wire::{BoardKind, Health, Kind, NodeId, Publisher, RawFrame, ResetCause};
+use can_wire::service::LimitState;
+use can_wire::{Beside, BoardKind, Health, Kind, NodeId, Publisher, RawFrame, ResetCause, Workings};
+use model_core::consistency::bins::Finding;
+use model_core::consistency::{Axis, Verdict};
+use model_core::left_out::Acting;
 use model_core::ripple::Ripple;
 use model_core::sample::{Estimate, Measured, Motion, Reason, Reasons};
 use std::io::{BufWriter, Write};
@@ -159,6 +163,22 @@ fn ripple(random: &mut Random, publisher: &mut Publisher, out: &mut Expected) ->
     publisher.ripple(ripple, wavelength_m)
 }
 
+fn state(random: &mut Random, publisher: &mut Publisher, out: &mut Expected) -> RawFrame {
+    let workings = Workings {
+        image: random.one_of(&[0, 1, u32::MAX, 0x8000_0000, 0x1234_5678]) ^ random.below(u32::MAX),
+        changes: random.between(0, 0x1_FFFF) as u32,
+        limits: random.one_of(&LimitState::ALL),
+        unlocked: random.below(2) == 1,
+        bursting: random.below(2) == 1,
+    };
+    out.whole("image", workings.image);
+    out.whole("changes", workings.changes.min(0xFFFF));
+    out.whole("limits", workings.limits as u8);
+    out.whole("unlocked", workings.unlocked);
+    out.whole("bursting", workings.bursting);
+    publisher.state(&workings)
+}
+
 fn heartbeat(random: &mut Random, publisher: &mut Publisher, out: &mut Expected) -> RawFrame {
     let health = Health {
         reset_cause: random.one_of(&ResetCause::ALL),
@@ -192,6 +212,43 @@ fn fault(random: &mut Random, publisher: &mut Publisher, out: &mut Expected) -> 
     publisher.fault(Reasons::from_bits(bits), lost)
 }
 
+fn misfit(random: &mut Random, publisher: &mut Publisher, out: &mut Expected) -> RawFrame {
+    let mut verdict = Verdict::NONE;
+    let axis = random.below(5) as u8;
+    if let Some(on) = Axis::ALL.into_iter().find(|on| *on as u8 + 1 == axis) {
+        let strength = out.number("strength", random.between(U16.0, U16.1), 2, 0);
+        // the wire has percent, the message a part of 1
+        let share = out.number("share", random.between(U16.0, U16.1), 2, 2);
+        verdict.worst = Some((on, Finding { strength, share }));
+    } else {
+        out.nothing("strength", NO_U16);
+        out.nothing("share", NO_U16);
+    }
+    let tick = random.below(u32::MAX);
+    if random.below(2) == 0 {
+        out.nothing("since", NO_U16);
+    } else {
+        let seconds = random.between(U16.0, U16.1);
+        let _ = out.number("since", seconds, 0, 0);
+        verdict.misfit_since = Some(tick.wrapping_sub(100 * seconds as u32));
+    }
+    out.whole("axis", axis);
+    publisher.misfit(&verdict, tick)
+}
+
+fn acting(random: &mut Random, publisher: &mut Publisher, out: &mut Expected) -> RawFrame {
+    let beside = Beside {
+        acting: Acting::from_bits(random.below(512) as u16),
+        record: random.below(4) != 0,
+        calibrated: random.below(2) == 1,
+    };
+    for (n, name) in Acting::NAMES.into_iter().enumerate() {
+        out.whole(name, beside.acting.bits() >> n & 1);
+    }
+    out.whole("source", if beside.record { 2 - u8::from(beside.calibrated) } else { 0 });
+    publisher.acting(&beside)
+}
+
 fn main() -> std::io::Result<()> {
     let mut arguments = std::env::args().skip(1).map(|a| a.parse::<u64>());
     let (Some(Ok(count)), Some(Ok(seed))) = (arguments.next(), arguments.next()) else {
@@ -210,6 +267,9 @@ fn main() -> std::io::Result<()> {
             Kind::Estimate => estimate,
             Kind::Motion => motion,
             Kind::Ripple => ripple,
+            Kind::Acting => acting,
+            Kind::Misfit => misfit,
+            Kind::State => state,
             Kind::Heartbeat => heartbeat,
         };
         let frame = make(&mut random, &mut publisher, &mut expected);

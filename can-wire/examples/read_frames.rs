@@ -4,6 +4,8 @@
 //! not available. Another one: `rejected,` and the reason's name. Counters are checked as on one bus.
 
 use can_wire::{Alive, Message, Reject, decode};
+use model_core::consistency::Axis;
+use model_core::left_out::Acting;
 use model_core::sample::Reason;
 use std::fmt::Display;
 use std::io::{BufRead, BufWriter, Write};
@@ -42,6 +44,25 @@ fn fields(message: &Message) -> Vec<String> {
             number("amplitude_n", m.amplitude_n),
             number("phase_rad", m.phase_rad),
             number("wavelength_m", m.wavelength_m),
+        ],
+        Message::Acting(m) => {
+            let acts = |name| u8::from(m.acting.names().any(|own| own == name));
+            let mut fields = vec![code("source", m.source.name())];
+            fields.extend(Acting::NAMES.map(|name| code(name, acts(name))));
+            fields
+        }
+        Message::Misfit(m) => vec![
+            code("axis", m.axis.map_or("not judged", Axis::name)),
+            number("strength", m.strength),
+            number("share", m.share),
+            number("since_s", m.since_s),
+        ],
+        Message::State(m) => vec![
+            code("image", m.image),
+            code("changes", m.changes),
+            code("limits", m.limits.name()),
+            code("unlocked", u8::from(m.unlocked)),
+            code("bursting", u8::from(m.bursting)),
         ],
         Message::Heartbeat(m) => vec![
             code("nmt_state", m.state.name()),

@@ -47,15 +47,30 @@ pub enum Kind {
     Estimate,
     /// Speed, temperature, time, what the carriage does.
     Motion,
+    /// What acts beside the drag law.
+    Acting,
     /// Ball-pass ripple of the drag force.
     Ripple,
+    /// Whether the model fits.
+    Misfit,
+    /// What it works with, and what was changed on it.
+    State,
     /// Sign of life, reset cause, losses.
     Heartbeat,
 }
 
 impl Kind {
     /// All kinds, highest priority first.
-    pub const ALL: [Kind; 5] = [Kind::Fault, Kind::Estimate, Kind::Motion, Kind::Ripple, Kind::Heartbeat];
+    pub const ALL: [Kind; 8] = [
+        Kind::Fault,
+        Kind::Estimate,
+        Kind::Motion,
+        Kind::Acting,
+        Kind::Ripple,
+        Kind::Misfit,
+        Kind::State,
+        Kind::Heartbeat,
+    ];
 
     /// The identifier without its node.
     pub const fn base(self) -> u16 {
@@ -63,7 +78,10 @@ impl Kind {
             Kind::Fault => 0x080,
             Kind::Estimate => 0x180,
             Kind::Motion => 0x280,
+            Kind::Acting => 0x300,
             Kind::Ripple => 0x380,
+            Kind::Misfit => 0x400,
+            Kind::State => 0x680,
             Kind::Heartbeat => 0x700,
         }
     }
@@ -96,9 +114,14 @@ pub struct RawFrame {
 
 /// CRC over the identifier and all data but the CRC itself.
 fn crc(identifier: u16, data: &[u8; LENGTH]) -> u8 {
+    crc_of(identifier, &data[..CRC_AT])
+}
+
+/// CRC over the identifier and these bytes.
+pub(crate) fn crc_of(identifier: u16, bytes: &[u8]) -> u8 {
     let mut digest = CRC8.digest();
     digest.update(&identifier.to_le_bytes());
-    digest.update(&data[..CRC_AT]);
+    digest.update(bytes);
     digest.finalize()
 }
 
@@ -184,7 +207,8 @@ mod tests {
             // the counters of Publisher and Alive are indexed by it
             assert_eq!(kind as usize, n);
         }
-        assert_eq!(Kind::ALL.map(|k| k.identifier(node(5))), [0x085, 0x185, 0x285, 0x385, 0x705]);
+        let ids = [0x085, 0x185, 0x285, 0x305, 0x385, 0x405, 0x685, 0x705];
+        assert_eq!(Kind::ALL.map(|k| k.identifier(node(5))), ids);
     }
 
     #[test]
@@ -200,7 +224,7 @@ mod tests {
                 Err(e) => assert_eq!(e, Reject::UnknownIdentifier(id)),
             }
         }
-        assert_eq!(ours, 5 * 127);
+        assert_eq!(ours, 8 * 127);
     }
 
     #[test]

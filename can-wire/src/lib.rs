@@ -9,10 +9,22 @@
 //! | `0x080 + n` | fault | when the reasons change, and every second | [`fault`] |
 //! | `0x180 + n` | estimate | at the publishing rate | [`estimate`] |
 //! | `0x280 + n` | motion | at the publishing rate | [`motion`] |
+//! | `0x300 + n` | acting | every second | [`acting`] |
 //! | `0x380 + n` | ripple | every second | [`ripple`] |
+//! | `0x400 + n` | misfit | every second | [`misfit`] |
+//! | `0x480 + n` | burst | while one is under way, below a share of the bus | [`burst`] |
+//! | `0x500 + n` | asking, to the block | while a burst is under way | [`burst`] |
+//! | `0x580 + n` | service answer | when asked | [`service`] |
+//! | `0x600 + n` | service request, to the block | | [`service`] |
+//! | `0x680 + n` | state | when it changes, and every second | [`state`](mod@state) |
 //! | `0x700 + n` | heartbeat | every half second | [`heartbeat`] |
 //!
-//! Every frame ends alike:
+//! Bursts take the identifiers of the fourth pair of process data, the last ones free in the predefined set; on a
+//! G474 a burst may go out as CAN FD frames of 64 bytes under the same identifier. The acting and misfit frames take
+//! those of process data to a node, which a block has none of. The state frame lies between service and heartbeat,
+//! where the set has nothing.
+//!
+//! Every frame but those of service ends alike, those of bursts with a sequence number in place of code and count:
 //!
 //! ```text
 //! byte  6              7
@@ -38,27 +50,37 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod acting;
 mod alive;
+pub mod burst;
+mod checksum;
 pub mod estimate;
 pub mod fault;
 mod frame;
 pub mod heartbeat;
 pub mod layout;
 mod message;
+pub mod misfit;
 pub mod motion;
 mod number;
 pub mod parameters;
 mod publisher;
 mod reject;
 pub mod ripple;
+pub mod service;
+pub mod state;
 
+pub use acting::{ActingMessage, Beside, Source};
 pub use alive::Alive;
+pub use checksum::crc32;
 pub use estimate::EstimateMessage;
 pub use fault::FaultMessage;
 pub use frame::{Kind, NodeId, RawFrame};
 pub use heartbeat::{BoardKind, Health, HeartbeatMessage, NmtState, ResetCause};
 pub use message::{Message, decode};
+pub use misfit::MisfitMessage;
 pub use motion::MotionMessage;
 pub use publisher::Publisher;
 pub use reject::Reject;
 pub use ripple::RippleMessage;
+pub use state::{StateMessage, Workings};

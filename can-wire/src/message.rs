@@ -2,8 +2,8 @@
 
 use crate::frame::{self, Kind};
 use crate::{
-    EstimateMessage, FaultMessage, HeartbeatMessage, MotionMessage, NodeId, Reject, RippleMessage, estimate, fault,
-    heartbeat, motion, ripple,
+    ActingMessage, EstimateMessage, FaultMessage, HeartbeatMessage, MisfitMessage, MotionMessage, NodeId, Reject,
+    RippleMessage, StateMessage, acting, estimate, fault, heartbeat, misfit, motion, ripple, state,
 };
 
 /// What a frame says, in SI units.
@@ -15,8 +15,14 @@ pub enum Message {
     Estimate(EstimateMessage),
     /// Speed, temperature, time.
     Motion(MotionMessage),
+    /// What acts beside the drag law.
+    Acting(ActingMessage),
     /// Ball-pass ripple.
     Ripple(RippleMessage),
+    /// Whether the model fits.
+    Misfit(MisfitMessage),
+    /// What it works with.
+    State(StateMessage),
     /// Sign of life.
     Heartbeat(HeartbeatMessage),
 }
@@ -28,7 +34,10 @@ impl Message {
             Message::Fault(_) => Kind::Fault,
             Message::Estimate(_) => Kind::Estimate,
             Message::Motion(_) => Kind::Motion,
+            Message::Acting(_) => Kind::Acting,
             Message::Ripple(_) => Kind::Ripple,
+            Message::Misfit(_) => Kind::Misfit,
+            Message::State(_) => Kind::State,
             Message::Heartbeat(_) => Kind::Heartbeat,
         }
     }
@@ -39,7 +48,10 @@ impl Message {
             Message::Fault(m) => m.counter,
             Message::Estimate(m) => m.counter,
             Message::Motion(m) => m.counter,
+            Message::Acting(m) => m.counter,
             Message::Ripple(m) => m.counter,
+            Message::Misfit(m) => m.counter,
+            Message::State(m) => m.counter,
             Message::Heartbeat(m) => m.counter,
         }
     }
@@ -57,7 +69,10 @@ pub fn decode(id: u16, data: &[u8]) -> Result<(NodeId, Message), Reject> {
         Kind::Fault => Message::Fault(fault::decode(data)?),
         Kind::Estimate => Message::Estimate(estimate::decode(data)?),
         Kind::Motion => Message::Motion(motion::decode(data)?),
+        Kind::Acting => Message::Acting(acting::decode(data)?),
         Kind::Ripple => Message::Ripple(ripple::decode(data)?),
+        Kind::Misfit => Message::Misfit(misfit::decode(data)?),
+        Kind::State => Message::State(state::decode(data)?),
         Kind::Heartbeat => Message::Heartbeat(heartbeat::decode(data)?),
     };
     Ok((node, message))

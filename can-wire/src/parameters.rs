@@ -27,10 +27,10 @@ pub const LENGTH: usize = 128 * 1024;
 pub const MAGIC: [u8; 4] = *b"GBPR";
 
 /// Layout of the body.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 
-/// No record is longer.
-pub const MAX_SIZE: usize = 256;
+/// No record is longer; a multiple of what the chips' flash is programmed in.
+pub const MAX_SIZE: usize = 576;
 
 /// Bytes before the body.
 const HEADER: usize = 8;
@@ -124,7 +124,7 @@ impl core::error::Error for BadRecord {}
 /// [`EncodeError::BufferTooShort`] when it does not fit.
 pub fn encode<'a>(record: &ParameterRecord, buffer: &'a mut [u8]) -> Result<&'a [u8], EncodeError> {
     NodeId::new(record.node).ok_or(EncodeError::NodeId(record.node))?;
-    record.params.build().map_err(EncodeError::Params)?;
+    record.params.check().map_err(EncodeError::Params)?;
     seal(record, buffer).ok_or(EncodeError::BufferTooShort)
 }
 
@@ -148,6 +148,17 @@ fn seal<'a>(record: &ParameterRecord, buffer: &'a mut [u8]) -> Option<&'a [u8]> 
 /// See [`BadRecord`]; the checks come in the order of its variants, but for the node, which is checked before
 /// the parameters.
 pub fn decode(bytes: &[u8]) -> Result<ParameterRecord, BadRecord> {
+    let mut params = Params::ZHOU_2023;
+    let node = decode_into(bytes, &mut params)?;
+    Ok(ParameterRecord { node: node.get(), params })
+}
+
+/// Reads and checks the record at the beginning of `bytes`, its parameters into their place: on the chip no copy of
+/// them has to pass through the stack.
+///
+/// # Errors
+/// As [`decode`]. What is in `params` then means nothing.
+pub fn decode_into(bytes: &[u8], params: &mut Params) -> Result<NodeId, BadRecord> {
     let (header, rest) = bytes.split_first_chunk::<HEADER>().ok_or(BadRecord::Length)?;
     if *header == [0xFF; HEADER] {
         return Err(BadRecord::Erased);
@@ -167,21 +178,82 @@ pub fn decode(bytes: &[u8]) -> Result<ParameterRecord, BadRecord> {
     if CRC32.checksum(covered) != u32::from_le_bytes(*crc) {
         return Err(BadRecord::Crc);
     }
-    let (record, unread) = postcard::take_from_bytes::<ParameterRecord>(body).map_err(|_| BadRecord::Body)?;
-    if !unread.is_empty() {
+    let mut body = postcard::Deserializer::from_bytes(body);
+    // the fields of ParameterRecord, one after the other
+    let node = u8::deserialize(&mut body).map_err(|_| BadRecord::Body)?;
+    Params::deserialize_in_place(&mut body, params).map_err(|_| BadRecord::Body)?;
+    if !body.finalize().map_err(|_| BadRecord::Body)?.is_empty() {
         return Err(BadRecord::Body);
     }
-    NodeId::new(record.node).ok_or(BadRecord::NodeId(record.node))?;
-    record.params.build().map_err(BadRecord::Params)?;
-    Ok(record)
+    let node = NodeId::new(node).ok_or(BadRecord::NodeId(node))?;
+    params.check().map_err(BadRecord::Params)?;
+    Ok(node)
+}
+
+/// Whether `bytes` begin with a record of this [`VERSION`] in which no byte has changed since it was written; what it holds
+/// is not looked at.
+pub fn is_whole(bytes: &[u8]) -> bool {
+    let whole = |bytes: &[u8]| {
+        let (covered, crc) = bytes.get(..length(bytes)?)?.split_last_chunk::<TRAILER>()?;
+        let [v0, v1] = *covered.get(4..6)?.first_chunk::<2>()?;
+        Some(u16::from_le_bytes([v0, v1]) == VERSION && CRC32.checksum(covered) == u32::from_le_bytes(*crc))
+    };
+    whole(bytes).unwrap_or(false)
+}
+
+/// Length of the record at the beginning of `bytes`, header and CRC included; read only, nothing is checked but that
+/// it lies within `bytes` and begins with [`MAGIC`].
+pub fn length(bytes: &[u8]) -> Option<usize> {
+    let (header, _) = bytes.split_first_chunk::<HEADER>()?;
+    let [m0, m1, m2, m3, _, _, l0, l1] = *header;
+    let length = HEADER + usize::from(u16::from_le_bytes([l0, l1])) + TRAILER;
+    ([m0, m1, m2, m3] == MAGIC && length <= bytes.len()).then_some(length)
+}
+
+/// What tells one parameter image from another: CRC-32 of the record's body, so of everything that the block knows.
+///
+/// Sent once a second by a block that runs it ([`state`](mod@crate::state)). `None` of bytes that begin with no record;
+/// that the record is sound is for [`decode`] to say. Never 0, which stands for a block without a record.
+pub fn image_hash(bytes: &[u8]) -> Option<u32> {
+    let body = bytes.get(HEADER..length(bytes)? - TRAILER)?;
+    Some(CRC32.checksum(body).max(1))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use model_core::left_out::WAVES;
+    use model_core::left_out::oil::Oil;
+    use model_core::left_out::rail::RailTable;
+    use model_core::left_out::wave::{Acts, Wave};
     use std::vec::Vec;
 
     const RECORD: ParameterRecord = ParameterRecord { node: 5, params: Params::ZHOU_2023 };
+
+    /// A block with everything that it can run beside the law.
+    fn augmented() -> ParameterRecord {
+        let mut record = RECORD;
+        let own = &mut record.params.left_out;
+        own.seal.coulomb_n = [3.0, 2.5];
+        own.viscous.at_100_mm_s_n = [2.0, 2.2];
+        own.viscous.exponent = 0.8;
+        own.oil = Oil { part: 0.93, law_cst: 100.0 };
+        own.asymmetry.part = -0.04;
+        own.load.load_n = [500.0, -300.0];
+        own.pull.inertia_kg = 12.0;
+        own.sensor.lag_s = 0.02;
+        own.start_m = -0.3;
+        own.waves =
+            [Wave { acts: Acts::Force, wavelength_m: 0.0143, sine: [0.02, 0.01, 0.3], cosine: [0.1; 3] }; WAVES];
+        own.rail =
+            RailTable { acts: Acts::Drag, from_m: -0.5, step_m: 0.02, knots: 64, scale: 1e-3, ..RailTable::NONE };
+        for (n, value) in own.rail.values.as_flattened_mut().iter_mut().enumerate() {
+            *value = (i32::from(i16::MIN) + n as i32 * 1000) as i16;
+        }
+        record
+    }
+
+    const BOTH: [fn() -> ParameterRecord; 2] = [|| RECORD, augmented];
 
     fn bytes(record: &ParameterRecord) -> Vec<u8> {
         encode(record, &mut [0; MAX_SIZE]).unwrap().to_vec()
@@ -199,12 +271,14 @@ mod tests {
 
     #[test]
     fn survives_the_way_there_and_back() {
-        let mut record = RECORD;
-        for (node, calibrated, publish_every_blocks) in [(1, false, 10), (127, true, 1)] {
-            record.node = node;
-            record.params.calibrated = calibrated;
-            record.params.publish_every_blocks = publish_every_blocks;
-            assert_eq!(decode(&bytes(&record)), Ok(record));
+        for of in BOTH {
+            let mut record = of();
+            for (node, calibrated, publish_every_blocks) in [(1, false, 10), (127, true, 1)] {
+                record.node = node;
+                record.params.calibrated = calibrated;
+                record.params.publish_every_blocks = publish_every_blocks;
+                assert_eq!(decode(&bytes(&record)), Ok(record));
+            }
         }
     }
 
@@ -213,8 +287,8 @@ mod tests {
         let bytes = bytes(&RECORD);
         let body = bytes.len() - HEADER - TRAILER;
         assert_eq!(bytes[..4], *b"GBPR");
-        assert_eq!(bytes[4..6], [1, 0]);
-        assert_eq!(bytes[6..8], [u8::try_from(body).unwrap(), 0]);
+        assert_eq!(bytes[4..6], [2, 0]);
+        assert_eq!(bytes[6..8], u16::try_from(body).unwrap().to_le_bytes());
         // node, then `calibrated`
         assert_eq!(bytes[8..10], [5, 0]);
         assert_eq!(bytes, around(VERSION, &bytes[HEADER..HEADER + body]));
@@ -224,12 +298,12 @@ mod tests {
 
     /// When this fails, [`Params`] has changed: raise [`VERSION`], then bring the list up to date.
     #[test]
-    fn version_1_holds_these_fields_in_this_order() {
+    fn version_2_holds_these_fields_in_this_order() {
         let fields: Vec<_> = std::format!("{RECORD:?}")
-            .split([' ', '{'])
+            .split([' ', '{', '['])
             .filter_map(|word| word.strip_suffix(':').map(std::string::String::from))
             .collect();
-        assert_eq!(VERSION, 1);
+        assert_eq!(VERSION, 2);
         assert_eq!(
             fields.join(" "),
             "node params calibrated calibration force zero_code newtons_per_code rail_low_code \
@@ -239,7 +313,11 @@ mod tests {
              viscosity_number_per_cst seals coulomb_n viscous_n_s_m range speed_from_m_s speed_to_m_s \
              preload_from_n preload_to_n uncertainty force_offset_n force_gain seals_n friction viscosity \
              temperature_k ball_pass_ripple moved_mass_kg braking_limit_m_s2 presliding_guard_m \
-             ball_pass_wavelength_m publish_every_blocks"
+             ball_pass_wavelength_m publish_every_blocks left_out seal coulomb_n per_decade_n smooth_m_s \
+             viscous at_100_mm_s_n at_100_cst_n exponent oil part law_cst asymmetry part viscous_n_s_m load \
+             load_n part preload_per_load pull force_n per_m_n_m inertia_kg sensor offset_n gain_error lag_s \
+             start_m waves acts wavelength_m sine cosine acts wavelength_m sine cosine acts wavelength_m sine \
+             cosine rail acts from_m step_m knots scale values"
         );
     }
 
@@ -249,7 +327,9 @@ mod tests {
         longest.params.calibration.force.rail_low_code = u16::MAX;
         longest.params.calibration.force.rail_high_code = u16::MAX;
         longest.params.publish_every_blocks = u16::MAX;
-        assert!(seal(&longest, &mut [0; MAX_SIZE]).is_some());
+        longest.params.left_out.rail.values = [[i16::MIN; 16]; 4];
+        let full = seal(&longest, &mut [0; MAX_SIZE]).unwrap().len();
+        assert_eq!(full.next_multiple_of(8), MAX_SIZE);
     }
 
     #[test]
@@ -261,39 +341,62 @@ mod tests {
 
     #[test]
     fn every_truncation_is_found() {
-        let bytes = bytes(&RECORD);
-        for length in 0..bytes.len() {
-            assert_eq!(decode(&bytes[..length]), Err(BadRecord::Length), "{length}");
-            // as a download that broke off leaves it: erased flash from there on
-            let mut flash = bytes[..length].to_vec();
-            flash.resize(1024, 0xFF);
-            let expected = match length {
-                0 => BadRecord::Erased,
-                1..4 => BadRecord::Magic,
-                4 => BadRecord::Version(0xFFFF),
-                5 => BadRecord::Version(0xFF01),
-                6 => BadRecord::Length,
-                // a body shorter than 256 bytes but told 0xFF00 longer
-                7 => BadRecord::Length,
-                _ => BadRecord::Crc,
-            };
-            assert_eq!(decode(&flash), Err(expected), "{length}");
+        for of in BOTH {
+            let bytes = bytes(&of());
+            for length in 0..bytes.len() {
+                assert_eq!(decode(&bytes[..length]), Err(BadRecord::Length), "{length}");
+                // as a download that broke off leaves it: erased flash from there on
+                let mut flash = bytes[..length].to_vec();
+                flash.resize(1024, 0xFF);
+                let expected = match length {
+                    0 => BadRecord::Erased,
+                    1..4 => BadRecord::Magic,
+                    4 => BadRecord::Version(0xFFFF),
+                    5 => BadRecord::Version(0xFF02),
+                    // a length of 0xFFxx, which no flash holds
+                    6 | 7 => BadRecord::Length,
+                    _ => BadRecord::Crc,
+                };
+                assert_eq!(decode(&flash), Err(expected), "{length}");
+            }
         }
     }
 
     #[test]
     fn every_flipped_bit_is_found() {
-        let good = bytes(&RECORD);
-        for bit in 0..8 * good.len() {
-            let mut bad = good.clone();
-            bad[bit / 8] ^= 1 << (bit % 8);
-            let found = decode(&bad).unwrap_err();
-            match bit / 8 {
-                0..4 => assert_eq!(found, BadRecord::Magic),
-                4..6 => assert!(matches!(found, BadRecord::Version(_))),
-                6..8 => assert!(matches!(found, BadRecord::Length | BadRecord::Crc)),
-                _ => assert_eq!(found, BadRecord::Crc),
+        for of in BOTH {
+            let good = bytes(&of());
+            for bit in 0..8 * good.len() {
+                let mut bad = good.clone();
+                bad[bit / 8] ^= 1 << (bit % 8);
+                let found = decode(&bad).unwrap_err();
+                assert!(!is_whole(&bad));
+                match bit / 8 {
+                    0..4 => assert_eq!(found, BadRecord::Magic),
+                    4..6 => assert!(matches!(found, BadRecord::Version(_))),
+                    6..8 => assert!(matches!(found, BadRecord::Length | BadRecord::Crc)),
+                    _ => assert_eq!(found, BadRecord::Crc),
+                }
             }
+        }
+    }
+
+    #[test]
+    fn the_hash_is_that_of_what_the_block_knows() {
+        let [plain, more] = BOTH.map(|of| bytes(&of()));
+        assert_eq!(length(&plain), Some(plain.len()));
+        assert_eq!(image_hash(&plain), Some(CRC32.checksum(&plain[HEADER..plain.len() - TRAILER])));
+        assert_ne!(image_hash(&plain), image_hash(&more));
+        // what follows does not matter, a changed field does
+        assert_eq!(image_hash(&[plain.clone(), std::vec![0xFF; 99]].concat()), image_hash(&plain));
+        for bit in 8 * HEADER..8 * (plain.len() - TRAILER) {
+            let mut other = plain.clone();
+            other[bit / 8] ^= 1 << (bit % 8);
+            assert_ne!(image_hash(&other), image_hash(&plain));
+        }
+        for nothing in [&plain[..plain.len() - 1], &[0xFF; 700], &[]] {
+            assert_eq!((length(nothing), image_hash(nothing)), (None, None));
+            assert!(!is_whole(nothing));
         }
     }
 

@@ -1,7 +1,10 @@
 //! The sender's side: what the block knows, as frames.
 
 use crate::frame::Kind;
-use crate::{Health, NodeId, RawFrame, estimate, fault, heartbeat, motion, ripple};
+use crate::{
+    Beside, Health, NodeId, RawFrame, Workings, acting, estimate, fault, heartbeat, misfit, motion, ripple, state,
+};
+use model_core::consistency::Verdict;
 use model_core::ripple::Ripple;
 use model_core::sample::{Estimate, Reasons};
 
@@ -57,6 +60,24 @@ impl Publisher {
         ripple::encode(identifier, counter, ripple, wavelength_m)
     }
 
+    /// Whether the model fits, at a tick, see [`misfit`](mod@crate::misfit).
+    pub fn misfit(&mut self, verdict: &Verdict, tick: u32) -> RawFrame {
+        let (identifier, counter) = self.next(Kind::Misfit);
+        misfit::encode(identifier, counter, verdict, tick)
+    }
+
+    /// What acts beside the drag law, see [`acting`](mod@crate::acting).
+    pub fn acting(&mut self, beside: &Beside) -> RawFrame {
+        let (identifier, counter) = self.next(Kind::Acting);
+        acting::encode(identifier, counter, beside)
+    }
+
+    /// What the block works with, see [`state`](mod@crate::state).
+    pub fn state(&mut self, workings: &Workings) -> RawFrame {
+        let (identifier, counter) = self.next(Kind::State);
+        state::encode(identifier, counter, workings)
+    }
+
     /// Identifier and counter of the next frame.
     fn next(&mut self, kind: Kind) -> (u16, u8) {
         let slot = &mut self.counters[kind as usize];
@@ -70,6 +91,7 @@ impl Publisher {
 mod tests {
     use super::*;
     use crate::{BoardKind, ResetCause, decode};
+    use model_core::left_out::Acting;
     use model_core::params::Params;
 
     #[test]
@@ -83,6 +105,7 @@ mod tests {
             frames_dropped: 0,
             operational: false,
         };
+        let beside = Beside { acting: Acting::NONE, record: true, calibrated: true };
         let mut publisher = Publisher::new(node);
         assert_eq!(publisher.node(), node);
         // one kind runs ahead: the others must not notice
@@ -92,7 +115,10 @@ mod tests {
                 publisher.fault(Reasons::NONE, 0),
                 publisher.estimate(&estimate),
                 publisher.motion(&estimate),
+                publisher.acting(&beside),
                 publisher.ripple(None, 0.0143),
+                publisher.misfit(&Verdict::NONE, 0),
+                publisher.state(&Workings::default()),
                 publisher.heartbeat(&health),
             ];
             for (kind, frame) in Kind::ALL.into_iter().zip(frames) {

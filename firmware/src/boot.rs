@@ -1,11 +1,13 @@
 //! What the block knows when it starts: its parameter record, or why it has none.
 
 use can_wire::NodeId;
-use can_wire::parameters::{self, BadRecord, ParameterRecord};
+use can_wire::parameters::{self, BadRecord};
+use can_wire::service::Settings as Set;
 use model_core::monitor::Monitor;
 use model_core::params::Params;
 
 use crate::ports::Storage;
+use crate::store;
 
 /// What the block works with until the next reset.
 #[derive(Clone, Copy, Debug)]
@@ -17,29 +19,63 @@ pub struct Settings {
     /// `None`: from the record. Otherwise why the record was refused and
     /// [`Params::ZHOU_2023`] took its place, which is not calibrated and so never gives a preload.
     pub refused: Option<BadRecord>,
+    /// [`image_hash`](parameters::image_hash) of the record; 0 without one.
+    pub image_hash: u32,
+    /// How many images were saved before it, 0 for a programmer's.
+    pub generation: u32,
+    /// What a client has set and kept.
+    pub set: Set,
+}
+
+/// Why a record was refused; the checks of the model are the record's own.
+struct Refused(BadRecord);
+
+impl From<model_core::Error> for Refused {
+    fn from(why: model_core::Error) -> Self {
+        Refused(BadRecord::Params(why))
+    }
 }
 
 impl Settings {
-    /// Reads the record.
+    /// Not loaded yet.
+    pub const UNSET: Settings = Settings {
+        node: NodeId::FIRST,
+        monitor: Monitor::UNSET,
+        refused: None,
+        image_hash: 0,
+        generation: 0,
+        set: Set::DELIVERED,
+    };
+
+    /// Reads the record, in place: the settings are larger than the stack likes.
     ///
     /// # Errors
     /// The built-in parameters do not build, which a test excludes.
-    pub fn load(storage: &impl Storage) -> Result<Settings, model_core::Error> {
-        match Self::of_record(storage.record()) {
-            Ok(settings) => Ok(settings),
-            Err(refused) => Self::built_in(refused),
+    pub fn load(&mut self, storage: &impl Storage) -> Result<(), model_core::Error> {
+        let stored = store::newest(storage.regions());
+        let bytes = stored.record;
+        self.set = stored.settings();
+        let read = self.monitor.set_up(|params| parameters::decode_into(bytes, params).map_err(Refused));
+        match read {
+            Ok(node) => {
+                self.node = node;
+                self.refused = None;
+                self.image_hash = parameters::image_hash(bytes).unwrap_or(0);
+                self.generation = stored.generation.unwrap_or(0);
+                Ok(())
+            }
+            Err(Refused(why)) => {
+                self.node = NodeId::FIRST;
+                self.refused = Some(why);
+                self.image_hash = 0;
+                self.generation = 0;
+                self.set = Set::DELIVERED;
+                self.monitor.set_up(|params| {
+                    *params = Params::ZHOU_2023;
+                    Ok(())
+                })
+            }
         }
-    }
-
-    fn of_record(bytes: &[u8]) -> Result<Settings, BadRecord> {
-        let ParameterRecord { node, params } = parameters::decode(bytes)?;
-        let node = NodeId::new(node).ok_or(BadRecord::NodeId(node))?;
-        let monitor = params.build().map_err(BadRecord::Params)?;
-        Ok(Settings { node, monitor, refused: None })
-    }
-
-    fn built_in(refused: BadRecord) -> Result<Settings, model_core::Error> {
-        Ok(Settings { node: NodeId::FIRST, monitor: Params::ZHOU_2023.build()?, refused: Some(refused) })
     }
 
     /// The record's state in a word, for the log.
@@ -61,11 +97,18 @@ impl Settings {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use can_wire::parameters::ParameterRecord;
+
+    fn load(storage: &impl Storage) -> Settings {
+        let mut settings = Settings::UNSET;
+        settings.load(storage).unwrap();
+        settings
+    }
 
     struct Bytes(Vec<u8>);
     impl Storage for Bytes {
-        fn record(&self) -> &[u8] {
-            &self.0
+        fn regions(&self) -> [&[u8]; 2] {
+            [&self.0, &[]]
         }
     }
 
@@ -82,10 +125,11 @@ mod tests {
         let mut params = Params::ZHOU_2023;
         params.calibrated = true;
         params.moved_mass_kg = 3.5;
-        let settings = Settings::load(&stored(&ParameterRecord { node: 17, params })).unwrap();
+        let settings = load(&stored(&ParameterRecord { node: 17, params }));
         assert_eq!(settings.node.get(), 17);
         assert_eq!(settings.monitor.params(), &params);
         assert_eq!(settings.record_state(), "read");
+        assert_ne!(settings.image_hash, 0);
     }
 
     #[test]
@@ -96,10 +140,13 @@ mod tests {
         for (storage, state) in
             [(Bytes(vec![0xFF; 4096]), "erased"), (Bytes(vec![0; 4096]), "no record"), (flipped, "wrong checksum")]
         {
-            let settings = Settings::load(&storage).unwrap();
+            let settings = load(&storage);
             assert_eq!(settings.record_state(), state);
             assert_eq!(settings.node.get(), 1);
+            assert_eq!(settings.image_hash, 0);
             assert!(!settings.monitor.params().calibrated);
+            // the whole model is the built-in one, not what was read before the mistake was found
+            assert_eq!(settings.monitor.params(), &Params::ZHOU_2023);
         }
     }
 }

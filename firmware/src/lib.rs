@@ -23,11 +23,14 @@ use model_core::sample::{Estimate, RawBlock};
 mod log;
 
 pub mod boot;
+pub mod facts;
 pub mod liveness;
 pub mod outbox;
 pub mod ports;
 pub mod runners;
 pub mod schedule;
+pub mod standing;
+pub mod store;
 pub mod timeline;
 
 /// The two cyclic frames of an estimate, finished, and the estimate they were made of.

@@ -12,6 +12,8 @@ pub enum Member {
     Estimate = 1,
     /// [`Publish`](crate::runners::publish::Publish).
     Publish = 2,
+    /// [`Serve`](crate::runners::serve::Serve).
+    Serve = 3,
 }
 
 /// Longest time a runner may go without reporting, and time between two looks of the supervisor, µs.
@@ -27,7 +29,7 @@ pub struct Liveness {
 }
 
 impl Liveness {
-    const ALL: u8 = 0b111;
+    const ALL: u8 = 0b1111;
 
     /// Nobody heard yet.
     pub const fn new() -> Self {
@@ -51,9 +53,9 @@ mod tests {
 
     #[test]
     fn one_silent_member_is_enough() {
-        for silent in [Member::Acquire, Member::Estimate, Member::Publish] {
+        for silent in [Member::Acquire, Member::Estimate, Member::Publish, Member::Serve] {
             let liveness = Liveness::new();
-            for member in [Member::Acquire, Member::Estimate, Member::Publish] {
+            for member in [Member::Acquire, Member::Estimate, Member::Publish, Member::Serve] {
                 if member != silent {
                     liveness.report(member);
                     liveness.report(member);

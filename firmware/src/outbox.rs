@@ -74,20 +74,22 @@ mod tests {
     }
 
     #[test]
-    fn five_frames_pass_three_mailboxes() {
+    fn eight_frames_pass_three_mailboxes() {
         let mut outbox = Outbox::new();
         let controller = Controller::new();
         for kind in Kind::ALL.into_iter().rev() {
             outbox.put(kind, frame(kind.identifier(NodeId::FIRST), 1));
         }
-        outbox.flush(&mut &controller);
-        assert!(!outbox.is_empty());
-        controller.transmit(0);
+        for _ in 0..2 {
+            outbox.flush(&mut &controller);
+            assert!(!outbox.is_empty());
+            controller.transmit(0);
+        }
         outbox.flush(&mut &controller);
         assert!(outbox.is_empty());
         controller.transmit(0);
         let ids: Vec<u16> = controller.sent().iter().map(|f| f.id).collect();
-        assert_eq!(ids, [0x81, 0x181, 0x281, 0x381, 0x701]);
+        assert_eq!(ids, [0x81, 0x181, 0x281, 0x301, 0x381, 0x401, 0x681, 0x701]);
         assert_eq!(outbox.dropped(), 0);
     }
 

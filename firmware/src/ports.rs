@@ -81,12 +81,77 @@ pub trait FrameSink {
     ///
     /// A controller never holds two frames with the same identifier.
     fn offer(&mut self, frame: &RawFrame) -> Offer;
+
+    /// Whether a frame with this identifier still waits in the controller; one that must not be displaced is then
+    /// not offered.
+    fn holds(&self, id: u16) -> bool;
+
+    /// Whether nothing waits in the controller.
+    fn is_idle(&self) -> bool;
+
+    /// Whether the controller has left the bus because of errors.
+    fn is_off(&self) -> bool;
 }
 
-/// Where the parameter record lies.
+/// Where frames of others come from: those for this block, with eight bytes.
+pub trait FrameSource {
+    /// The next frame; cancel safe.
+    async fn frame(&mut self) -> RawFrame;
+}
+
+/// What a block keeps over a reset on command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kept {
+    /// The parameter image, 1 to 1024 bytes, opaque here.
+    Image,
+    /// The [`Settings`](can_wire::service::Settings), as bytes.
+    Settings,
+}
+
+/// Why something was not kept. What was kept before stays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum KeepError {
+    /// This block has no store.
+    NoStore,
+    /// The bytes are no image that this block can run, or settings without an image to keep them with.
+    Refused,
+    /// There is no room until the next start, which makes room.
+    Full,
+    /// The memory did not take them.
+    Memory,
+}
+
+impl KeepError {
+    /// The name used in log lines.
+    pub const fn name(self) -> &'static str {
+        match self {
+            KeepError::NoStore => "no store",
+            KeepError::Refused => "refused",
+            KeepError::Full => "no room until the next start",
+            KeepError::Memory => "memory failed",
+        }
+    }
+}
+
+/// Where things are kept over a reset. Old or new, never a mix.
+pub trait Keep {
+    /// Keeps these bytes from the next start on. May take as long as it needs, as long as it awaits.
+    ///
+    /// # Errors
+    /// [`KeepError`]; what was kept before then stays.
+    async fn save(&mut self, what: Kept, bytes: &[u8]) -> Result<(), KeepError>;
+}
+
+/// Starts the chip anew.
+pub trait Restart {
+    /// Never comes back on a chip.
+    fn restart(&mut self);
+}
+
+/// Where parameter images lie.
 pub trait Storage {
-    /// The bytes from the record's address on; longer than any record.
-    fn record(&self) -> &[u8];
+    /// The memory of the two regions, see [`store`](crate::store).
+    fn regions(&self) -> [&[u8]; 2];
 }
 
 /// Time since start-up.

@@ -216,7 +216,12 @@ impl Joiner {
                 let belongs = reading.estimate.counter == motion.counter;
                 Some(if belongs { Reading { time, motion: Some(motion), ..reading } } else { reading })
             }
-            Message::Fault(_) | Message::Ripple(_) | Message::Heartbeat(_) => None,
+            Message::Fault(_)
+            | Message::Acting(_)
+            | Message::Ripple(_)
+            | Message::Misfit(_)
+            | Message::State(_)
+            | Message::Heartbeat(_) => None,
         }
     }
 

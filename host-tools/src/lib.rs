@@ -14,6 +14,8 @@
 #![forbid(unsafe_code)]
 
 pub mod batch;
+pub mod block;
+pub mod bus;
 pub mod calculator;
 pub mod calibrate;
 pub mod candump;
@@ -22,9 +24,11 @@ pub mod diagnosed;
 #[cfg(feature = "emulator")]
 pub mod emulated;
 pub mod estimate;
+pub mod image;
 pub mod judgement;
 pub mod paper;
 pub mod parameters;
+pub mod recorder;
 pub mod recording;
 pub mod replay;
 pub mod report;

@@ -250,3 +250,38 @@ fn paper_page_needs_nothing_from_the_net() {
     let bad = guideblock(&["paper", "--html", "/nowhere/at/all.html"], b"");
     assert_eq!((bad.status, bad.stdout.as_str()), (Some(2), ""));
 }
+
+#[test]
+fn image_makes_shows_and_refuses() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let made = folder.join("augmented.bin").display().to_string();
+    let bench = folder.join("base.bin").display().to_string();
+    assert_eq!(guideblock(&["parameters", "--bench", "runs/bench.toml", "--out", &bench], b"").status, Some(0));
+    for (name, more) in [("image.txt", None), ("image.json", Some("--json"))] {
+        let mut arguments = vec!["image", "tests/cli/augmented.toml", "--record", &bench, "--out", &made];
+        arguments.extend(more);
+        let run = guideblock(&arguments, b"");
+        assert_eq!((run.status, run.stderr.as_str()), (Some(0), ""));
+        expect(name, &run.stdout);
+    }
+    let run = guideblock(&["image", "--describe", &made], b"");
+    assert_eq!(run.status, Some(0));
+    expect("image.shown.toml", &run.stdout);
+    // without the block's record it is not calibrated, and says so
+    let run = guideblock(&["image", "tests/cli/augmented.toml", "--out", &made], b"");
+    assert!(run.status == Some(0) && run.stderr.contains("NOT calibrated"), "{}", run.stderr);
+    // what the block cannot run: no image, its name, exit status 3
+    let refused = folder.join("refused.toml").display().to_string();
+    let text =
+        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cli/augmented.toml")).expect("text");
+    let more = "\n[[mechanism]]\nid = \"thermal-preload\"\npreload_per_k = -0.02\n";
+    fs::write(&refused, text + more).expect("writable");
+    let none = folder.join("none.bin");
+    let run = guideblock(&["image", &refused, "--json", "--out", &none.display().to_string()], b"");
+    assert_eq!(run.status, Some(3));
+    assert!(run.stdout.contains("\"thermal-preload\"") && run.stderr.contains("no thermometer in the rail"));
+    assert!(!none.exists());
+    for wrong in [&["image"][..], &["image", "x.toml"], &["image", "--describe", &made, "--out", "x"]] {
+        assert_eq!(guideblock(wrong, b"").status, Some(2), "{wrong:?}");
+    }
+}

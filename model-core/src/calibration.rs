@@ -12,7 +12,7 @@ const ZERO_CELSIUS_K: f32 = 273.15;
 
 /// How one block's sensors turn physics into counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct Calibration {
     /// Drag-force bridge.
     pub force: ForceScale,
@@ -26,7 +26,7 @@ pub struct Calibration {
 ///
 /// F is the force the drive applies to the carriage, positive towards larger positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct ForceScale {
     /// Code without force.
     pub zero_code: f32,
@@ -55,7 +55,7 @@ impl ForceScale {
 ///
 /// `R = R_s·code/(4095 - code)`, `1/T = 1/T_0 + ln(R/R_0)/β`. Open reads as the upper rail, a short as the lower.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct Thermistor {
     /// Resistance R_0 at 25 °C, ohm.
     pub nominal_ohm: f32,

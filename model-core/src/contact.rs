@@ -10,7 +10,7 @@ use core::f64::consts::PI;
 
 /// Which speed stands in the Hersey number `H = ν u / P`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum HerseySpeed {
     /// Sliding speed at the centre of the contact ellipse, Eq. 12 corrected: `H` grows with `Q^(1/3)`.
@@ -21,7 +21,7 @@ pub enum HerseySpeed {
 
 /// How the contact angle answers to load.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum ContactAngle {
     /// Constant: a production block, preloaded by oversize balls.
@@ -32,7 +32,7 @@ pub enum ContactAngle {
 
 /// What a person knows of a guide. SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct Guide {
     /// Ball diameter D_b, m.
     pub ball_diameter_m: f64,

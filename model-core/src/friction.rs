@@ -11,7 +11,7 @@
 
 /// The four constants of Eq. 20.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct Friction {
     /// μ_c, Coulomb part; dimensionless.
     pub mu_coulomb: f64,

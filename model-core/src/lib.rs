@@ -13,6 +13,7 @@
 //! * [`contact`], [`friction`], [`exact`]: the model of the paper, whole, in f64, for the desk
 //! * [`reduced`]: the closed form that the block runs, its constants derived from the exact model by code
 //! * [`fixed`]: the same closed form in integers
+//! * [`left_out`]: what acts beside the law, as the desk found it
 //! * [`params`]: what a person or a calibration sets
 //! * [`monitor`]: counts in, [`Estimate`](sample::Estimate) out, one pure step a block
 //!
@@ -23,11 +24,13 @@
 
 mod batch;
 pub mod calibration;
+pub mod consistency;
 pub mod contact;
 pub mod encoder;
 pub mod exact;
 pub mod fixed;
 pub mod friction;
+pub mod left_out;
 pub mod monitor;
 pub mod num;
 pub mod params;

@@ -5,6 +5,7 @@
 
 use crate::Error;
 use crate::encoder::Encoder;
+use crate::left_out::Passage;
 use crate::num;
 use crate::params::Params;
 use crate::reduced::{Inversion, OutOfDomain};
@@ -25,6 +26,13 @@ const ROUNDING_COUNTS: i32 = 2;
 /// Largest share of the drag force that inertia may have in the window's mean.
 const INERTIA_SHARE: f32 = 0.01;
 
+/// Part of a mass that was found and is taken off which counts as unknown nevertheless.
+const INERTIA_DOUBT: f32 = 0.1;
+
+/// Mean place of a window's samples behind its newest one, over the counts in it: the counts begin one sample
+/// before the first of 512.
+const MEAN_BEHIND: f32 = 511.0 / 1024.0;
+
 /// Fewer counts than this in a window are no motion that a speed could be read from.
 const STANDSTILL_COUNTS: i32 = 8;
 
@@ -34,6 +42,18 @@ pub struct Monitor {
     params: Params,
     guard_counts: i32,
     wavelengths_per_count: f32,
+    /// mass whose acceleration nothing takes off, kg
+    unknown_mass_kg: f32,
+    left_out: bool,
+}
+
+/// The place and the law's answer behind a trusted estimate: what [`consistency`](crate::consistency) needs beside it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WorkingPoint {
+    /// Mean place of the window, m, from where the block was switched on.
+    pub place_m: f32,
+    /// dlnF_p/dlnF_f of the law.
+    pub per_force: f32,
 }
 
 impl Params {
@@ -42,12 +62,9 @@ impl Params {
     /// # Errors
     /// Those of [`Params::check`].
     pub fn build(&self) -> Result<Monitor, Error> {
-        self.check()?;
-        Ok(Monitor {
-            guard_counts: (self.presliding_guard_m / self.calibration.metres_per_count.abs()) as i32,
-            wavelengths_per_count: self.calibration.metres_per_count / self.ball_pass_wavelength_m,
-            params: *self,
-        })
+        let mut monitor = Monitor { params: *self, ..Monitor::UNSET };
+        monitor.derive()?;
+        Ok(monitor)
     }
 }
 
@@ -62,6 +79,7 @@ pub struct State {
     gap: usize,
     /// blocks that never came, since start-up
     lost: u32,
+    working_point: Option<WorkingPoint>,
 }
 
 impl State {
@@ -74,12 +92,18 @@ impl State {
             expected_tick: None,
             gap: 0,
             lost: 0,
+            working_point: None,
         }
     }
 
     /// Blocks that never came since start-up, saturating.
     pub fn lost_blocks(&self) -> u32 {
         self.lost
+    }
+
+    /// What stands behind the newest estimate; `None` when that has no preload.
+    pub fn working_point(&self) -> Option<WorkingPoint> {
+        self.working_point
     }
 
     /// Ball-pass ripple of the drag force, once enough travel has shown it.
@@ -95,6 +119,38 @@ impl Default for State {
 }
 
 impl Monitor {
+    /// The published set, not calibrated, and nothing derived from it yet: a place for [`set_up`](Self::set_up).
+    pub const UNSET: Monitor = Monitor {
+        params: Params::ZHOU_2023,
+        guard_counts: 0,
+        wavelengths_per_count: 0.0,
+        unknown_mass_kg: 0.0,
+        left_out: false,
+    };
+
+    /// Builds the model where it lies: `fill` writes the parameters.
+    ///
+    /// # Errors
+    /// What `fill` answers, and those of [`Params::check`]. The model must then be set up anew before it is used.
+    pub fn set_up<T, E: From<Error>>(&mut self, fill: impl FnOnce(&mut Params) -> Result<T, E>) -> Result<T, E> {
+        let told = fill(&mut self.params)?;
+        self.derive()?;
+        Ok(told)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn derive(&mut self) -> Result<(), Error> {
+        let p = &self.params;
+        p.check()?;
+        let own = p.left_out.pull.inertia_kg;
+        self.unknown_mass_kg = if own > 0.0 { INERTIA_DOUBT * own } else { p.moved_mass_kg };
+        self.left_out = !p.left_out.acting().is_empty();
+        self.guard_counts = (p.presliding_guard_m / p.calibration.metres_per_count.abs()) as i32;
+        self.wavelengths_per_count = p.calibration.metres_per_count / p.ball_pass_wavelength_m;
+        Ok(())
+    }
+
     /// The parameters it was built from.
     pub fn params(&self) -> &Params {
         &self.params
@@ -121,7 +177,11 @@ impl Monitor {
         state.gap = state.gap.saturating_sub(1);
         self.track_ripple(state, force_n, step.counts, step.position);
         let due = block.tick.wrapping_add(1).is_multiple_of(u32::from(self.params.publish_every_blocks));
-        due.then(|| self.estimate(state, block.tick))
+        due.then(|| {
+            let (estimate, at) = self.estimate(state, block.tick);
+            state.working_point = at;
+            estimate
+        })
     }
 
     /// What is known when no block came: nothing, and that is said.
@@ -164,7 +224,7 @@ impl Monitor {
         state.ripple.step(drag, middle, travel.abs());
     }
 
-    fn estimate(&self, state: &State, tick: u32) -> Estimate {
+    fn estimate(&self, state: &State, tick: u32) -> (Estimate, Option<WorkingPoint>) {
         let p = &self.params;
         let mut reasons = Reasons::NONE;
         reasons.insert_if(!p.calibrated, Reason::NotCalibrated);
@@ -177,7 +237,7 @@ impl Monitor {
         reasons.insert_if(stuck, Reason::ForceStuck);
         let Some(view) = state.window.view() else {
             reasons.insert(Reason::Settling);
-            return Estimate { reasons, ..self.stale(tick) };
+            return (Estimate { reasons, ..self.stale(tick) }, None);
         };
         let temperature = p.calibration.thermistor.degc(view.temperature_code);
         reasons.insert_if(temperature.is_none(), Reason::TemperatureMissing);
@@ -194,7 +254,7 @@ impl Monitor {
         let steady = encoder_speaks && matches!(motion, Motion::Forward | Motion::Backward);
         let drag = (steady && !at_rail && !stuck).then(|| self.drag(&view, speed));
         let preload = match drag {
-            Some(drag) => self.preload(drag, speed, temperature, &mut reasons),
+            Some(drag) => self.preload(state, &view, drag, speed, temperature, &mut reasons),
             None => {
                 // the viscosity's range is worth telling at standstill too
                 let known = temperature.is_none_or(|t| p.viscosity.at(t).is_some());
@@ -202,15 +262,24 @@ impl Monitor {
                 None
             }
         };
-        Estimate {
+        let preload = preload.filter(|_| reasons.is_empty());
+        let estimate = Estimate {
             tick,
-            preload_n: preload.filter(|_| reasons.is_empty()),
+            preload_n: preload.map(|(preload, _)| preload),
             drag_force_n: drag,
             speed_m_s: encoder_speaks.then_some(speed),
             temperature_degc: temperature,
             motion: if encoder_speaks { motion } else { Motion::Unknown },
             reasons,
-        }
+        };
+        let place_m = || self.place_m(state, &view);
+        (estimate, preload.map(|(_, per_force)| WorkingPoint { place_m: place_m(), per_force }))
+    }
+
+    /// Mean place of the window, m, from where the block was switched on.
+    fn place_m(&self, state: &State, view: &View) -> f32 {
+        (state.encoder.position() as f32 - MEAN_BEHIND * view.counts() as f32)
+            * self.params.calibration.metres_per_count
     }
 
     /// `v = q·counts/T`; its σ from rounding at both ends, `q sqrt(2/12)/T`, and from the quarters' scatter.
@@ -242,17 +311,21 @@ impl Monitor {
         if view.spread() as f32 > allowed {
             return Motion::Accelerating;
         }
-        // acceleration between the outer quarters, whose centres lie 3/4 of the window apart
         let [first, .., last] = view.quarters;
-        let beyond_rounding = ((last - first).abs() - ROUNDING_COUNTS).max(0) as f32;
-        let quarter_s = 0.25 * WINDOW_S;
-        let acceleration =
-            beyond_rounding * self.params.calibration.metres_per_count.abs() / (3.0 * quarter_s * quarter_s);
+        let beyond_rounding = ((last - first).abs() - ROUNDING_COUNTS).max(0);
+        let acceleration = self.acceleration_m_s2(beyond_rounding).abs();
         let force = self.params.calibration.force.newtons(view.force_code).abs();
-        if self.params.moved_mass_kg * acceleration > INERTIA_SHARE * force {
+        if self.unknown_mass_kg * acceleration > INERTIA_SHARE * force {
             return Motion::Accelerating;
         }
         if speed.value > 0.0 { Motion::Forward } else { Motion::Backward }
+    }
+
+    /// Acceleration that makes this difference of counts between the outer quarters, whose centres lie 3/4 of the
+    /// window apart.
+    fn acceleration_m_s2(&self, counts: i32) -> f32 {
+        const QUARTER_S: f32 = 0.25 * WINDOW_S;
+        counts as f32 * self.params.calibration.metres_per_count / (3.0 * QUARTER_S * QUARTER_S)
     }
 
     /// Drag force of the window, positive against the motion, with what its σ consists of.
@@ -275,11 +348,13 @@ impl Monitor {
     /// `(σ_p/F_p)² = S_F²(σ_F²/F_f² + σ_μ²) + S_n²(σ_ν² + σ_V²)`, S the law's elasticities.
     fn preload(
         &self,
+        state: &State,
+        view: &View,
         drag: Measured,
         speed: Measured,
         temperature: Option<f32>,
         reasons: &mut Reasons,
-    ) -> Option<Measured> {
+    ) -> Option<(Measured, f32)> {
         let p = &self.params;
         let v = speed.value.abs();
         reasons.insert_if(drag.value <= 0.0, Reason::ForceAssists);
@@ -290,7 +365,12 @@ impl Monitor {
             return None;
         };
         let contacts = drag.value - p.seals.coulomb_n - p.seals.viscous_n_s_m * v;
-        let Ok(at) = self.invert(contacts, oil.cst * p.viscosity_number_per_cst * v) else {
+        let at = if self.left_out {
+            self.solve_left_out(state, view, contacts, speed.value, oil.cst)
+        } else {
+            self.invert(contacts, oil.cst * p.viscosity_number_per_cst * v)
+        };
+        let Ok(at) = at else {
             reasons.insert_if(drag.value > 0.0, Reason::LoadOutOfRange);
             return None;
         };
@@ -304,7 +384,32 @@ impl Monitor {
         let pace = speed.sigma / v;
         let film = u.viscosity * u.viscosity + warmth * warmth + pace * pace;
         let relative = at.per_force * at.per_force * force + at.per_viscous_speed * at.per_viscous_speed * film;
-        Some(Measured { value: at.preload_n, sigma: at.preload_n * num::sqrt(relative) })
+        Some((Measured { value: at.preload_n, sigma: at.preload_n * num::sqrt(relative) }, at.per_force))
+    }
+
+    /// The inversion with everything that acts beside law and seals.
+    #[inline(never)]
+    fn solve_left_out(
+        &self,
+        state: &State,
+        view: &View,
+        contacts_n: f32,
+        speed_m_s: f32,
+        viscosity_cst: f32,
+    ) -> Result<Inversion<f32>, OutOfDomain> {
+        let p = &self.params;
+        let [first, .., last] = view.quarters;
+        let passage = Passage {
+            speed_m_s,
+            acceleration_m_s2: self.acceleration_m_s2(last - first),
+            force_rate_n_s: state.window.force_change() * p.calibration.force.newtons_per_code
+                / ((BLOCKS - 1) as f32 * BLOCK_PERIOD_S),
+            viscosity_cst,
+            place_m: p.left_out.start_m + self.place_m(state, view),
+            travel_m: view.counts() as f32 * p.calibration.metres_per_count,
+        };
+        p.left_out
+            .preload(&p.law, p.viscosity_number_per_cst, contacts_n, &passage, |force, film| self.invert(force, film))
     }
 
     /// The inversion on its own, so that its cost can be counted in the image.
@@ -335,6 +440,8 @@ mod tests {
         monitor: Monitor,
         state: State,
         tick: u32,
+        /// force beside the guide's, towards larger positions
+        pull_n: f32,
         /// changes a block before the monitor sees it
         fault: Fault,
     }
@@ -351,6 +458,7 @@ mod tests {
                 monitor,
                 state: State::new(),
                 tick: 0,
+                pull_n: 0.0,
                 fault: |_| {},
             }
         }
@@ -369,7 +477,7 @@ mod tests {
             for _ in 0..blocks {
                 let at = |n: usize| (f64::from(self.tick) * 16.0 + n as f64) / 1600.0;
                 let speed = ((path(at(16)) - path(at(0))) / 0.01) as f32;
-                let force = if speed == 0.0 { 5.0 } else { self.drag(speed) };
+                let force = if speed == 0.0 { 5.0 } else { self.drag(speed) + self.pull_n };
                 // half a code of triangular dither spreads the rounding
                 let dither = |n: usize| ((n * 7 % 16) as f32 - 7.5) / 8.0;
                 let mut block = RawBlock {
@@ -410,6 +518,42 @@ mod tests {
                 assert!((v.value - speed as f32).abs() <= 3.0 * v.sigma, "{speed}: {v:?}");
                 assert_eq!(e.motion, if speed > 0.0 { Motion::Forward } else { Motion::Backward });
             }
+        }
+    }
+
+    #[test]
+    fn a_known_mass_is_taken_off_where_an_unknown_one_silences() {
+        let path = |t: f64| 0.08 * t + 0.005 * t * t;
+        let unknown = Params { moved_mass_kg: 60.0, ..CALIBRATED };
+        let mut axis = Axis { pull_n: 60.0 * 0.01, ..Axis::new(unknown) };
+        assert_eq!(axis.run(60, path).motion, Motion::Accelerating);
+        let mut known = unknown;
+        known.left_out.pull.inertia_kg = 60.0;
+        let mut axis = Axis { pull_n: 60.0 * 0.01, ..Axis::new(known) };
+        let e = axis.run(60, path);
+        assert!((e.preload_n.expect("trusted").value / 3000.0 - 1.0).abs() < 0.01, "{e:?}");
+        // the same force, taken for the guide's, is several per cent of preload
+        let mut axis = Axis { pull_n: 60.0 * 0.01, ..Axis::new(CALIBRATED) };
+        assert!(axis.run(60, path).preload_n.expect("trusted").value > 1.025 * 3000.0);
+    }
+
+    #[test]
+    fn what_acts_beside_the_law_is_taken_off_in_either_direction() {
+        let mut params = CALIBRATED;
+        params.left_out.seal.coulomb_n = [4.0, 3.0];
+        params.left_out.sensor.offset_n = -1.5;
+        params.left_out.start_m = 0.4;
+        params.left_out.pull.per_m_n_m = 2.0;
+        for (speed, seals) in [(0.05, 4.0), (-0.05, 3.0f32)] {
+            // after 0.6 s the window's middle lies 0.44 s along the way
+            let place = 0.4 + speed * 0.44;
+            let pull_n = seals * (speed as f32).signum() - 1.5 + 2.0 * place as f32;
+            let mut axis = Axis { pull_n, ..Axis::new(params) };
+            let e = axis.run(60, |t| speed * t);
+            let got = e.preload_n.expect("trusted").value;
+            assert!((got / 3000.0 - 1.0).abs() < 0.01, "{speed}: {got}");
+            let at = axis.state.working_point().expect("trusted");
+            assert!((f64::from(at.place_m) - speed * 0.44).abs() < 1e-4, "{at:?}");
         }
     }
 

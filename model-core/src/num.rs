@@ -112,6 +112,7 @@ pub fn sqrt(x: f32) -> f32 {
 /// whichever is larger.
 ///
 /// `x = 2^n m`, `m` in [0.707, 1.414), `ln m = 2 atanh((m-1)/(m+1))` as a series in odd powers.
+#[inline(never)]
 pub fn ln(x: f32) -> f32 {
     let bits = x.to_bits();
     // subtracting the pattern of sqrt(1/2) puts the mantissa into [0.707, 1.414)
@@ -122,6 +123,29 @@ pub fn ln(x: f32) -> f32 {
     let w = z * z;
     let series = 2.0 * z * (1.0 + w * (0.333_333_34 + w * (0.2 + w * (0.142_857_15 + w * 0.111_111_11))));
     n as f32 * core::f32::consts::LN_2 + series
+}
+
+/// Sine and cosine of a number of turns; absolute error at most 3e-7 beside what rounding left of the argument.
+///
+/// Whole and quarter turns are taken off exactly, then Taylor's series over an eighth of a turn to either side.
+#[inline(never)]
+pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
+    // beyond 2^20 turns a float holds no phase worth having
+    if !(turns > -1_048_576.0 && turns < 1_048_576.0) {
+        return (0.0, 1.0);
+    }
+    let quarters = turns * 4.0 + SHIFT;
+    let nearest = quarters - SHIFT;
+    let a = (turns - 0.25 * nearest) * core::f32::consts::TAU;
+    let w = a * a;
+    let sin = a + a * w * (-0.166_666_67 + w * (0.008_333_333 + w * (-0.000_198_412_7 + w * 2.755_732e-6)));
+    let cos = 1.0 + w * (-0.5 + w * (0.041_666_668 + w * (-0.001_388_888_9 + w * 2.480_158_7e-5)));
+    match quarters.to_bits() & 3 {
+        0 => (sin, cos),
+        1 => (cos, -sin),
+        2 => (-sin, -cos),
+        _ => (-cos, sin),
+    }
 }
 
 /// f64 functions that the compiler can evaluate, for constants derived from a parameter set.
@@ -170,6 +194,20 @@ pub mod constant {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sine_and_cosine_of_turns() {
+        let mut worst = 0.0f64;
+        for n in -40_000..40_000 {
+            let turns = n as f32 * 1.234_567e-3;
+            let angle = f64::from(turns).rem_euclid(1.0) * core::f64::consts::TAU;
+            let (s, c) = sin_cos_turns(turns);
+            worst = worst.max((f64::from(s) - libm::sin(angle)).abs()).max((f64::from(c) - libm::cos(angle)).abs());
+        }
+        assert!(worst < 3e-7, "{worst}");
+        assert_eq!(sin_cos_turns(f32::NAN), (0.0, 1.0));
+        assert_eq!(sin_cos_turns(1e9), (0.0, 1.0));
+    }
 
     /// Worst relative error of `f` against `g` over every `stride`-th f32 between `lo` and `hi`.
     fn worst(lo: f32, hi: f32, stride: usize, f: fn(f32) -> f32, g: fn(f64) -> f64) -> f64 {

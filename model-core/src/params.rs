@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::calibration::Calibration;
+use crate::left_out::LeftOut;
 use crate::quantity::check_f32;
 use crate::reduced::Reduced;
 use crate::reference::zhou_2023;
@@ -9,7 +10,7 @@ use crate::viscosity::ViscosityCubic;
 
 /// Everything the block has to know, as a person or a calibration sets it. SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct Params {
     /// Whether the numbers below were measured for this block. When not, no preload is ever given.
     pub calibrated: bool,
@@ -37,11 +38,13 @@ pub struct Params {
     pub ball_pass_wavelength_m: f32,
     /// Blocks (10 ms) between two estimates: 10 is 10 Hz, 1 is 100 Hz.
     pub publish_every_blocks: u16,
+    /// What acts beside the law and the seals.
+    pub left_out: LeftOut,
 }
 
 /// Seal drag: `F_seal = coulomb + viscous·abs(V)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct Seals {
     /// Constant part, N.
     pub coulomb_n: f32,
@@ -53,7 +56,7 @@ pub struct Seals {
 ///
 /// The temperature limits are those of the viscosity cubic.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct CalibratedRange {
     /// Lowest speed, m/s.
     pub speed_from_m_s: f32,
@@ -67,7 +70,7 @@ pub struct CalibratedRange {
 
 /// Standard deviations (1 σ) of what the estimate rests on. All are taken as independent.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct Uncertainty {
     /// Zero of the force bridge, N.
     pub force_offset_n: f32,
@@ -116,12 +119,15 @@ impl Params {
         // pitch 93 mm/13 balls (physics.md B.5), twice: the ball centre moves at half the carriage speed
         ball_pass_wavelength_m: 14.3e-3,
         publish_every_blocks: 10,
+        left_out: LeftOut::NOTHING,
     };
 
     /// Checks every field.
     ///
     /// # Errors
     /// The first field that is not finite or outside [`RANGES`](crate::quantity::RANGES), by name.
+    #[cold]
+    #[inline(never)]
     pub fn check(&self) -> Result<(), Error> {
         self.calibration.check()?;
         let law = &self.law;
@@ -183,7 +189,7 @@ impl Params {
         check_f32("presliding_guard_m", self.presliding_guard_m)?;
         check_f32("ball_pass_wavelength_m", self.ball_pass_wavelength_m)?;
         check_f32("publish_every_blocks", f32::from(self.publish_every_blocks))?;
-        Ok(())
+        self.left_out.check(self.range.preload_from_n)
     }
 }
 

@@ -22,7 +22,7 @@ const fn row(name: &'static str, min: f64, max: f64, unit: &'static str) -> Rang
 /// Every quantity that a person can set.
 ///
 /// Wide on purpose: a range here says what the formulas survive, not what is sensible.
-pub const RANGES: [Range; 32] = [
+pub const RANGES: [Range; 44] = [
     row("ball_diameter_m", 0.5e-3, 50e-3, "m"),
     row("balls_per_row", 1.0, 200.0, "balls"),
     row("contact_angle_rad", 0.1, 1.4, "rad"),
@@ -55,9 +55,22 @@ pub const RANGES: [Range; 32] = [
     row("force_sigma_n", 0.0, 1e4, "N"),
     row("temperature_sigma_k", 0.0, 50.0, "K"),
     row("braking_limit_m_s2", 0.1, 1000.0, "m/s2"),
+    row("left_out_part", -0.5, 0.5, ""),
+    row("left_out_force_n", -1e4, 1e4, "N"),
+    row("left_out_viscous_n_s_m", -1e5, 1e5, "N s/m or N/m"),
+    row("speed_exponent", 0.0, 3.0, ""),
+    row("oil_part", 0.0, 2.0, ""),
+    row("load_part", 0.0, 2.0, ""),
+    row("external_load_n", -1e6, 1e6, "N (at most 1.4 times the lowest preload)"),
+    row("lag_s", -1.0, 1.0, "s"),
+    row("wavelength_m", 1e-6, 100.0, "m"),
+    row("place_m", -1e4, 1e4, "m"),
+    row("rail_knots", 2.0, 64.0, "knots"),
+    row("rail_step_m", 1e-4, 10.0, "m"),
 ];
 
 /// The row of [`RANGES`] with this name.
+#[inline(never)]
 pub fn range(name: &str) -> Option<&'static Range> {
     RANGES.iter().find(|r| r.name == name)
 }
@@ -80,6 +93,7 @@ pub fn check(name: &'static str, value: f64) -> Result<(), Error> {
 ///
 /// # Errors
 /// As [`check`].
+#[inline(never)]
 pub fn check_f32(name: &'static str, value: f32) -> Result<(), Error> {
     match range(name) {
         Some(r) if value >= r.min as f32 && value <= r.max as f32 => Ok(()),

@@ -84,9 +84,18 @@ pub(crate) struct Root<R> {
     elasticity: R,
 }
 
+/// The law at a load: what corrections to it depend on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Local<R> {
+    /// m = μ/μ_c.
+    pub friction: R,
+    /// k = dlnF_f/dlnF_p at constant ν V.
+    pub per_preload: R,
+}
+
 /// Constants of one guide with one friction law.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct Reduced<R> {
     /// Convention of the Hersey number.
     pub hersey_speed: HerseySpeed,
@@ -228,6 +237,32 @@ impl<R: Real> Reduced<R> {
         Root { x, s, slope: rise_of_product / m, elasticity: rise_of_m / m }
     }
 
+    /// The law at a load per ball above 0, N, and ν·abs(V), cSt·m/s; sharper than what [`invert`](Self::invert) tells.
+    ///
+    /// ```text
+    /// m = 1 + m_v h + m_s e^-h,   k = (3 + (dln h/dln s)·dln m/dln h)/(3 - 2κs²/(1 + κs²)),   s = Q^(1/3)
+    /// ```
+    pub fn local(&self, load_per_ball_n: R, viscous_speed: R) -> Local<R> {
+        let c = R::from_f64;
+        let s = load_per_ball_n.rough_cbrt();
+        // Newton's step makes 3e-5 of the seed 1e-9
+        let s = s - (s * s * s - load_per_ball_n) / (c(3.0) * s * s);
+        let (h, film_exponent) = self.film(self.hersey_speed, s, self.film_per_viscous_speed * viscous_speed);
+        // the inversion's exponent leaves out the series in its denominator, which an iteration may
+        let film_exponent = match self.hersey_speed {
+            HerseySpeed::Slip => {
+                let series = c(1.0) + s * s * (self.slip_1 + self.slip_2 * (s * s));
+                c(1.0) + (film_exponent - c(1.0)) / series
+            }
+            HerseySpeed::Carriage => film_exponent,
+        };
+        let stribeck = self.stribeck * (-h).exp();
+        let m = c(1.0) + self.viscous * h + stribeck;
+        let film = film_exponent * h * (self.viscous - stribeck) / m;
+        let angle = self.angle_per_load * (s * s);
+        Local { friction: m, per_preload: (c(3.0) + film) / (c(3.0) - (angle + angle) / (c(1.0) + angle)) }
+    }
+
     /// Inverts the law: preload, working point and sensitivities of a drag force.
     ///
     /// ```text
@@ -356,6 +391,12 @@ mod tests {
                     let d = 1e-4;
                     let per_force = (bump(1.0 + d, 1.0) - bump(1.0 - d, 1.0)) / (2.0 * d);
                     let per_nu = (bump(1.0, 1.0 + d) - bump(1.0, 1.0 - d)) / (2.0 * d);
+                    let local = law.local(got.load_per_ball_n, nu * scale * v);
+                    // the inversion's answer has its coefficient from the force, and so what two iterations left
+                    assert!((local.friction * law.mu_coulomb / got.friction_coefficient - 1.0).abs() < 1.2e-5);
+                    let drag = |f: f64| libm::log(law.drag_force(got.preload_n * f, nu * scale * v).expect("inside"));
+                    let per_preload = (drag(1.0 + d) - drag(1.0 - d)) / (2.0 * d);
+                    assert!((local.per_preload / per_preload - 1.0).abs() < 1e-8, "{local:?} {per_preload}");
                     assert!((got.per_force - per_force).abs() < 1e-3);
                     assert!((got.per_viscous_speed - per_nu).abs() < 1e-3);
                 }

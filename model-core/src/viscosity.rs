@@ -82,7 +82,7 @@ impl Walther {
 
 /// `ln ν = c0 + c1 t + c2 t² + c3 t³`, t = T - centre; ν in cSt, T in °C.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct ViscosityCubic {
     /// Temperature at which t is zero, °C.
     pub centre_degc: f32,

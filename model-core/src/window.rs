@@ -206,6 +206,17 @@ impl Window {
         matches!(self.sums.frozen, Some((_, BLOCKS)))
     }
 
+    /// How much the mean force code of a block has changed from the oldest block to the newest, which lie
+    /// `BLOCKS - 1` blocks apart; 0 before the window is full.
+    pub fn force_change(&self) -> f32 {
+        if !self.is_full() {
+            return 0.0;
+        }
+        // sums of 16 codes: below 2^17, exact
+        let change = self.back(0).force as f32 - self.back(BLOCKS - 1).force as f32;
+        change / SAMPLES_PER_BLOCK as f32
+    }
+
     /// Statistics of a full window, `None` before it is full.
     ///
     /// The variance of the mean is that of n blocks shortened by their correlation at lag 1,
@@ -275,6 +286,7 @@ mod tests {
         assert_eq!(v.counts(), 912);
         assert_eq!(v.spread(), 192);
         assert_eq!(v.force_code, 128.5);
+        assert_eq!(w.force_change(), 31.0);
         assert_eq!(v.temperature_code, 1000.0);
     }
 

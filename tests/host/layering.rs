@@ -31,7 +31,7 @@ const LAYERS: [(&str, &[&str]); 10] = [
 ];
 
 /// All that model-core may take from outside: mathematics, and derives that are off by default.
-const MATHEMATICS: [&str; 3] = ["libm", "micromath", "serde"];
+const MATHEMATICS: [&str; 4] = ["libm", "micromath", "serde", "serde_derive"];
 
 fn manifest(folder: &str) -> toml::Table {
     let path = system_tests::root().join(folder).join("Cargo.toml");

@@ -15,8 +15,12 @@ use virtual_board::{Chip, VirtualBoard, run_bare, symbols};
 const INVERSION: u64 = 300;
 /// Instructions from 16 raw samples to the finished frames.
 const BLOCK: u64 = 2500;
-const FLASH: u32 = 64 * 1024;
-const RAM: u32 = 12 * 1024;
+/// The same with every mechanism beside the law at work.
+const BLOCK_AUGMENTED: u64 = 2 * BLOCK;
+/// Instructions of the watch on the model, for each estimate, beside the block's own.
+const WATCH: u64 = BLOCK / 2;
+const FLASH: u32 = 96 * 1024;
+const RAM: u32 = 14 * 1024;
 const STACK: u32 = 2 * 1024;
 
 fn path(t: f64) -> f64 {
@@ -65,6 +69,62 @@ fn images_keep_their_limits() {
     ];
     let lines = names.iter().enumerate();
     in_readme(lines.map(|(n, (name, limit))| format!("| {name} | {limit} | {} | {} |", rows[0][n], rows[1][n])));
+}
+
+/// A block that runs everything it can beside the law, each with a small part of the drag.
+fn augmented() -> Params {
+    use model_core::left_out::rail::RailTable;
+    use model_core::left_out::wave::{Acts, Wave};
+    use model_core::left_out::{LeftOut, friction, load, oil, pull, sensor};
+    let wave = Wave { acts: Acts::Preload, wavelength_m: 0.0143, sine: [0.004; 3], cosine: [0.003; 3] };
+    let mut rail = RailTable { from_m: -0.2, step_m: 0.01, knots: 64, scale: 1e-6, ..RailTable::NONE };
+    for (n, value) in rail.values.as_flattened_mut().iter_mut().enumerate() {
+        *value = (n as i16 % 7) * 1000;
+    }
+    let left_out = LeftOut {
+        seal: friction::SealDrag { coulomb_n: [0.5, 0.6], per_decade_n: 0.1, smooth_m_s: 1e-4 },
+        viscous: friction::ViscousDrag { at_100_mm_s_n: [0.2, 0.3], at_100_cst_n: 0.1, exponent: 0.7 },
+        oil: oil::Oil { part: 0.9, law_cst: 150.0 },
+        asymmetry: friction::Asymmetry { part: 0.01, viscous_n_s_m: 0.5 },
+        load: load::ExternalLoad { load_n: [300.0, 200.0], part: 1.0, preload_per_load: 0.02 },
+        pull: pull::Pull { force_n: 0.1, per_m_n_m: 0.2, inertia_kg: 10.0 },
+        sensor: sensor::Sensor { offset_n: 0.1, gain_error: 0.01, lag_s: 0.01 },
+        start_m: 0.1,
+        waves: [wave, Wave { wavelength_m: 0.6, ..wave }, Wave { acts: Acts::Force, wavelength_m: 0.005, ..wave }],
+        rail,
+    };
+    Params { publish_every_blocks: 1, left_out, ..BENCH }
+}
+
+#[test]
+fn a_block_with_everything_costs_at_most_twice_as_much() {
+    for chip in CHIPS {
+        let params = augmented();
+        let elf = firmware(chip);
+        let table = symbols(&elf).expect("an ELF image");
+        let block = symbol(&table, &["firmware", "process_block"]);
+        // the closure within it carries its name too
+        let solve = table.iter().map(|(name, _)| name).find(|n| n.ends_with("solve_left_out"));
+        let solve = solve.expect("a function of its own").to_owned();
+        let watch = symbol(&table, &["estimate", "watch_fit"]);
+        let feed = Feed::new(readings(&params, 4.0, 3000.0, 30.0, path));
+        let (outcome, _) = VirtualBoard::new(chip, &elf)
+            .with_flash(ADDRESS, &record(params))
+            .counting(&block)
+            .counting(&solve)
+            .counting(&watch)
+            .run(feed)
+            .expect("the image runs");
+        let [block, solve, watch] = [block, solve, watch].map(|name| outcome.costs[&name]);
+        println!(
+            "{chip:?}: block at most {} instructions, of them beside the law {}; watch {}; stack {} B",
+            block.max, solve.max, watch.max, outcome.stack_bytes
+        );
+        assert!(watch.calls > 100 && watch.max <= WATCH, "{chip:?}: {watch:?}");
+        assert!(solve.calls > 100, "{solve:?}");
+        assert!(block.max <= BLOCK_AUGMENTED, "{chip:?}: {block:?}");
+        assert!(outcome.stack_bytes <= 2 * STACK, "{chip:?}: {} B of stack", outcome.stack_bytes);
+    }
 }
 
 /// Prints lines of a table and asserts that the README has them.

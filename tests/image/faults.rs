@@ -148,7 +148,7 @@ fn hung_in(chip: Chip, function: &[&str]) {
 #[test]
 fn a_hung_task_ends_in_a_watchdog_reset_and_streaming_resumes() {
     for chip in CHIPS {
-        for task in ["acquire", "estimate", "publish", "supervise"] {
+        for task in ["acquire", "estimate", "publish", "serve", "supervise"] {
             hung_in(chip, &["TaskStorage", task, "poll"]);
         }
         // and in the middle of the arithmetic

@@ -117,3 +117,57 @@ fn publishes_a_hundred_times_a_second_when_asked() {
     // two frames each 10 ms, and those of the run's tail of 30 ms
     assert!((396..=408).contains(&frames.len()), "{} frames in 2 s", frames.len());
 }
+
+/// The state frame names the newest image in flash: a programmer's, or one that was saved later.
+#[test]
+fn the_newest_image_in_flash_is_the_one_that_runs() {
+    use can_wire::Source;
+    use can_wire::parameters::image_hash;
+    const PLACE: usize = 1024;
+    let mut params = BENCH;
+    let programmed = record(params);
+    params.left_out.seal.coulomb_n = [0.5; 2];
+    let later = record(params);
+    // a place as the firmware's store fills it: the record, and what makes it count in its last sixteen bytes
+    let place = |generation: u32, whole: bool| {
+        let mut place = later.clone();
+        let crc = later[later.len() - 4..].to_vec();
+        place.resize(PLACE - 16, 0xFF);
+        place.extend(generation.to_le_bytes());
+        place.extend((!generation).to_le_bytes());
+        place.extend(crc);
+        place.extend(if whole { b"GBOK" } else { b"GBO\xFF" });
+        place
+    };
+    for chip in CHIPS {
+        for (saved, expected) in
+            [(None, &programmed), (Some(place(1, false)), &programmed), (Some(place(1, true)), &later)]
+        {
+            let elf = firmware(chip);
+            let mut board = VirtualBoard::new(chip, &elf).with_flash(ADDRESS, &programmed);
+            if let Some(saved) = &saved {
+                board = board.with_flash(ADDRESS + PLACE as u32, saved);
+            }
+            let feed = Feed::new(readings(&BENCH, 2.0, 3000.0, 30.0, path));
+            let frames = board.run(feed).expect("the image runs").0.frames;
+            let (mut images, mut actings) = (0, 0);
+            for frame in &frames {
+                match decode(frame.id, frame.data()) {
+                    Ok((_, Message::State(state))) => {
+                        images += 1;
+                        assert_eq!(Some(state.image), image_hash(expected), "{chip:?}");
+                    }
+                    Ok((_, Message::Acting(beside))) => {
+                        actings += 1;
+                        assert_eq!(beside.source, Source::Calibrated, "{chip:?}");
+                        assert_eq!(beside.acting.names().next(), (expected == &later).then_some("seal"));
+                    }
+                    _ => {}
+                }
+            }
+            assert_eq!((images, actings), (2, 2), "{chip:?}: once a second");
+            let misfits = frames.iter().filter(|f| Kind::of(f.id).is_ok_and(|(kind, _)| kind == Kind::Misfit)).count();
+            assert_eq!(misfits, 2, "{chip:?}: once a second");
+        }
+    }
+}

@@ -1,6 +1,6 @@
 //! The table as a DBC.
 
-use super::{MESSAGES, MessageLayout, Signal};
+use super::{EXCHANGES, MESSAGES, Signal};
 use crate::frame::NodeId;
 use core::fmt::{self, Display, Write};
 
@@ -14,7 +14,11 @@ pub fn dbc(node: NodeId, out: &mut impl Write) -> fmt::Result {
     out.write_str("VERSION \"\"\n\nNS_ :\n\tCM_\n\tBA_DEF_\n\tBA_\n\tVAL_\n\tBA_DEF_DEF_\n\nBS_:\n\n")?;
     writeln!(out, "BU_: {}", Block(node))?;
     for message in &MESSAGES {
-        write_message(node, message, out)?;
+        write_message(node, message.kind.identifier(node), message.name, true, message.signals, out)?;
+    }
+    for exchange in &EXCHANGES {
+        let id = exchange.base + u16::from(node.get());
+        write_message(node, id, exchange.name, exchange.from_block, exchange.signals, out)?;
     }
     writeln!(
         out,
@@ -22,11 +26,10 @@ pub fn dbc(node: NodeId, out: &mut impl Write) -> fmt::Result {
         node.get()
     )?;
     for message in &MESSAGES {
-        let id = message.kind.identifier(node);
-        writeln!(out, "CM_ BO_ {id} \"{}\";", message.comment)?;
-        for signal in message.signals {
-            writeln!(out, "CM_ SG_ {id} {} \"{}\";", signal.name, signal.comment)?;
-        }
+        comments(message.kind.identifier(node), message.comment, message.signals, out)?;
+    }
+    for exchange in &EXCHANGES {
+        comments(exchange.base + u16::from(node.get()), exchange.comment, exchange.signals, out)?;
     }
     out.write_str("\nBA_DEF_ BO_ \"GenMsgCycleTime\" INT 0 65535;\nBA_DEF_DEF_ \"GenMsgCycleTime\" 0;\n")?;
     for message in &MESSAGES {
@@ -45,11 +48,30 @@ pub fn dbc(node: NodeId, out: &mut impl Write) -> fmt::Result {
     Ok(())
 }
 
-fn write_message(node: NodeId, message: &MessageLayout, out: &mut impl Write) -> fmt::Result {
-    let id = message.kind.identifier(node);
+fn comments(id: u16, comment: &str, signals: &[Signal], out: &mut impl Write) -> fmt::Result {
+    writeln!(out, "CM_ BO_ {id} \"{comment}\";")?;
+    for signal in signals {
+        writeln!(out, "CM_ SG_ {id} {} \"{}\";", signal.name, signal.comment)?;
+    }
+    Ok(())
+}
+
+fn write_message(
+    node: NodeId,
+    id: u16,
+    name: &str,
+    from_block: bool,
+    signals: &[Signal],
+    out: &mut impl Write,
+) -> fmt::Result {
     let block = Block(node);
-    writeln!(out, "\nBO_ {id} {block}_{}: 8 {block}", message.name)?;
-    for signal in message.signals {
+    write!(out, "\nBO_ {id} {block}_{name}: 8 ")?;
+    if from_block {
+        writeln!(out, "{block}")?
+    } else {
+        writeln!(out, "Vector__XXX")?
+    }
+    for signal in signals {
         let Signal { name, start_bit, length, scale, unit, .. } = signal;
         let sign = if signal.signed { '-' } else { '+' };
         let (factor, min, max) = (scale.physical(1), scale.physical(signal.raw_min), scale.physical(signal.raw_max));

@@ -4,9 +4,11 @@
 //! Every offset is 0. Bits that no signal covers are 0. Texts are ASCII without quotes, as DBC wants them.
 
 mod dbc;
+mod exchanges;
 mod table;
 
 pub use dbc::dbc;
+pub use exchanges::{EXCHANGES, ExchangeLayout};
 pub use table::MESSAGES;
 
 use crate::frame::Kind;
@@ -43,9 +45,9 @@ pub struct Signal {
     /// Physical unit; empty for codes and counts.
     pub unit: &'static str,
     /// Smallest raw number; codes in `values` may lie outside.
-    pub raw_min: i32,
+    pub raw_min: i64,
     /// Largest raw number; codes in `values` may lie outside.
-    pub raw_max: i32,
+    pub raw_max: i64,
     /// What it means.
     pub comment: &'static str,
     /// Meaning of raw codes.
@@ -63,8 +65,8 @@ pub struct Scale {
 
 impl Scale {
     /// A raw number times the factor, as a decimal text without needless zeros.
-    pub fn physical(self, raw: i32) -> impl Display {
-        Decimal { digits: i64::from(raw) * i64::from(self.factor), decimals: self.decimals }
+    pub fn physical(self, raw: i64) -> impl Display {
+        Decimal { digits: raw * i64::from(self.factor), decimals: self.decimals }
     }
 }
 
@@ -110,28 +112,28 @@ mod tests {
         }
 
         /// A raw number of the signal: often one of its limits or codes.
-        fn raw(&mut self, signal: &Signal) -> i32 {
+        fn raw(&mut self, signal: &Signal) -> i64 {
             let span = u64::try_from(signal.raw_max - signal.raw_min).unwrap() + 1;
             match self.below(4) {
                 0 if !signal.values.is_empty() => {
                     let n = self.below(signal.values.len().try_into().unwrap());
-                    signal.values[usize::try_from(n).unwrap()].0
+                    signal.values[usize::try_from(n).unwrap()].0.into()
                 }
                 1 => [signal.raw_min, signal.raw_max][usize::from(self.below(2) == 1)],
-                _ => signal.raw_min + i32::try_from(self.below(span)).unwrap(),
+                _ => signal.raw_min + i64::try_from(self.below(span)).unwrap(),
             }
         }
     }
 
-    fn put(data: &mut u64, signal: &Signal, raw: i32) {
+    fn put(data: &mut u64, signal: &Signal, raw: i64) {
         let mask = (1u64 << signal.length) - 1;
-        *data |= (i64::from(raw) as u64 & mask) << signal.start_bit;
+        *data |= (raw as u64 & mask) << signal.start_bit;
     }
 
-    fn get(data: u64, signal: &Signal) -> i32 {
+    fn get(data: u64, signal: &Signal) -> i64 {
         let unused = 64 - u32::from(signal.length);
         let top = data << (unused - u32::from(signal.start_bit));
-        if signal.signed { ((top as i64) >> unused) as i32 } else { (top >> unused) as i32 }
+        if signal.signed { (top as i64) >> unused } else { (top >> unused) as i64 }
     }
 
     /// What the decoder made of a signal, in the table's unit; `None` when not available or not in the message.
@@ -158,6 +160,17 @@ mod tests {
             (Message::Ripple(m), "amplitude") => si(m.amplitude_n),
             (Message::Ripple(m), "phase") => si(m.phase_rad),
             (Message::Ripple(m), "wavelength") => si(m.wavelength_m).map(|v| v * 1e3),
+            (Message::Misfit(m), "strength") => si(m.strength),
+            (Message::Misfit(m), "share") => si(m.share).map(|s| 100.0 * s),
+            (Message::Misfit(m), "since") => si(m.since_s),
+            (Message::Misfit(m), "axis") => code(m.axis.map_or(0, |axis| axis as u8 + 1)),
+            (Message::State(m), "image") => Some(f64::from(m.image)),
+            (Message::State(m), "changes") => Some(f64::from(m.changes)),
+            (Message::State(m), "limits") => code(m.limits as u8),
+            (Message::State(m), "unlocked") => code(m.unlocked.into()),
+            (Message::State(m), "bursting") => code(m.bursting.into()),
+            (Message::Acting(m), "source") => code(m.source as u8),
+            (Message::Acting(m), name) => code(m.acting.names().any(|own| own == name).into()),
             (Message::Heartbeat(m), "nmt_state") => code(m.state as u8),
             (Message::Heartbeat(m), "reset_cause") => code(m.reset_cause as u8),
             (Message::Heartbeat(m), "board") => code(m.board as u8),
@@ -283,7 +296,12 @@ mod tests {
             "BO_ 511 GuideBlock127_Estimate: 8 GuideBlock127",
             "BO_ 767 GuideBlock127_Motion: 8 GuideBlock127",
             "BO_ 1023 GuideBlock127_Ripple: 8 GuideBlock127",
+            "BO_ 895 GuideBlock127_Acting: 8 GuideBlock127",
+            "BO_ 1151 GuideBlock127_Misfit: 8 GuideBlock127",
+            "BO_ 1791 GuideBlock127_State: 8 GuideBlock127",
             "BO_ 1919 GuideBlock127_Heartbeat: 8 GuideBlock127",
+            "BO_ 1279 GuideBlock127_Burst: 8 GuideBlock127",
+            "BO_ 1663 GuideBlock127_Request: 8 Vector__XXX",
             "BA_ \"GenMsgCycleTime\" BO_ 1919 500;",
         ] {
             assert!(text.lines().any(|l| l == line), "{line}");

@@ -1,10 +1,12 @@
 //! The table itself.
 
 use super::{MessageLayout, Scale, Signal};
+use crate::acting::Source;
 use crate::fault::error_code;
 use crate::frame::Kind;
 use crate::heartbeat::{BoardKind, NmtState, ResetCause};
 use crate::number::{MAX_U16, NO_I16, NO_U16};
+use crate::service::LimitState;
 use model_core::sample::{Motion, Reason};
 
 /// All frames, highest priority first.
@@ -94,6 +96,26 @@ pub static MESSAGES: [MessageLayout; Kind::ALL.len()] = [
         ],
     },
     MessageLayout {
+        kind: Kind::Acting,
+        name: "Acting",
+        comment: "What acts beside the drag law in the parameters that the block runs, and where they come from.",
+        cycle_ms: 1000,
+        signals: &[
+            whole("seal", 0, 1, "Friction of seals, wipers and cage."),
+            whole("viscous", 1, 1, "Friction that grows with speed and not with load."),
+            whole("oil", 2, 1, "Oil that the law does not have."),
+            whole("asymmetry", 3, 1, "Friction that differs between the directions."),
+            whole("load", 4, 1, "Known load on the block."),
+            whole("pull", 5, 1, "Force that does not come from the guide."),
+            whole("sensor", 6, 1, "Offset, gain and lag of the force channel."),
+            whole("waves", 7, 1, "Waves along the rail."),
+            whole("rail", 8, 1, "Table along the rail."),
+            COUNTER,
+            Signal { raw_max: 2, values: &SOURCES, ..code("source", 52, "Where the parameters come from.") },
+            CRC,
+        ],
+    },
+    MessageLayout {
         kind: Kind::Ripple,
         name: "Ripple",
         comment: "Ball-pass ripple of the drag force: mean + amplitude*cos(2*pi*position/wavelength - phase).",
@@ -103,6 +125,41 @@ pub static MESSAGES: [MessageLayout; Kind::ALL.len()] = [
             signed("phase", 16, scale(1, 4), "rad", "Phase at position 0. Available exactly when the amplitude is."),
             unsigned("wavelength", 32, scale(1, 3), "mm", "Carriage travel per ball entering the loaded zone."),
             COUNTER,
+            CRC,
+        ],
+    },
+    MessageLayout {
+        kind: Kind::Misfit,
+        name: "Misfit",
+        comment: "Whether the model that the block runs fits what it sees: the axis on which its estimates disagree most.",
+        cycle_ms: 1000,
+        signals: &[
+            unsigned("strength", 0, scale(1, 2), "", "How surely they disagree, in standard deviations."),
+            unsigned("share", 16, scale(1, 2), "%", "By how much they disagree, share of the drag force."),
+            unsigned(
+                "since",
+                32,
+                scale(1, 0),
+                "s",
+                "For how long the model has not fitted. Available exactly while it does not.",
+            ),
+            COUNTER,
+            Signal { raw_max: 4, values: &AXES, ..code("axis", 52, "The axis on which the estimates disagree most.") },
+            CRC,
+        ],
+    },
+    MessageLayout {
+        kind: Kind::State,
+        name: "State",
+        comment: "What the block works with, and what has been changed on it. Also sent at once when it changes.",
+        cycle_ms: 1000,
+        signals: &[
+            whole("image", 0, 32, "Hash of the active parameter image; 0: none, the built-in parameters."),
+            whole("changes", 32, 16, "Changes accepted since the start; 65535: that and more."),
+            COUNTER,
+            Signal { values: &LIMITS, ..whole("limits", 52, 2, "On which side of its limits the preload lies.") },
+            whole("unlocked", 54, 1, "The block takes changes."),
+            whole("bursting", 55, 1, "A burst is under way."),
             CRC,
         ],
     },
@@ -123,9 +180,11 @@ pub static MESSAGES: [MessageLayout; Kind::ALL.len()] = [
     },
 ];
 
-const COUNTER: Signal = code("counter", 48, "Alive counter, one more in each frame of this identifier.");
+const AXES: [(i32, &str); 5] = [(0, "not judged"), (1, "speed"), (2, "direction"), (3, "position"), (4, "temperature")];
 
-const CRC: Signal = whole(
+pub(super) const COUNTER: Signal = code("counter", 48, "Alive counter, one more in each frame of this identifier.");
+
+pub(super) const CRC: Signal = whole(
     "crc",
     56,
     8,
@@ -137,7 +196,7 @@ const fn scale(factor: u16, decimals: u8) -> Scale {
 }
 
 /// An unsigned number without unit that uses all its codes.
-const fn whole(name: &'static str, start_bit: u8, length: u8, comment: &'static str) -> Signal {
+pub(super) const fn whole(name: &'static str, start_bit: u8, length: u8, comment: &'static str) -> Signal {
     Signal {
         name,
         start_bit,
@@ -171,13 +230,13 @@ const fn unsigned(
     comment: &'static str,
 ) -> Signal {
     const NOT_AVAILABLE: &[(i32, &str)] = &[(NO_U16 as i32, "not available")];
-    Signal { scale, unit, raw_max: MAX_U16 as i32, values: NOT_AVAILABLE, ..whole(name, start_bit, 16, comment) }
+    Signal { scale, unit, raw_max: MAX_U16 as i64, values: NOT_AVAILABLE, ..whole(name, start_bit, 16, comment) }
 }
 
 /// An i16 that may be not available.
 const fn signed(name: &'static str, start_bit: u8, scale: Scale, unit: &'static str, comment: &'static str) -> Signal {
     const NOT_AVAILABLE: &[(i32, &str)] = &[(NO_I16 as i32, "not available")];
-    const LIMIT: i32 = i16::MAX as i32;
+    const LIMIT: i64 = i16::MAX as i64;
     Signal {
         signed: true,
         scale,
@@ -238,7 +297,9 @@ macro_rules! value_table {
     };
 }
 
+value_table!(SOURCES, Source);
 value_table!(MOTION, Motion);
 value_table!(NMT_STATE, NmtState);
 value_table!(RESET_CAUSE, ResetCause);
 value_table!(BOARD, BoardKind);
+value_table!(LIMITS, LimitState);

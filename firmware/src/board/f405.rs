@@ -2,21 +2,26 @@
 
 use core::num::{NonZeroU8, NonZeroU16};
 
-use can_wire::{BoardKind, RawFrame, ResetCause};
+use can_wire::burst::ASK_BASE;
+use can_wire::service::REQUEST_BASE;
+use can_wire::{BoardKind, NodeId, RawFrame, ResetCause};
 use embassy_stm32::adc::{Adc, AdcChannel, Exten, RegularTrigger, RxDma, SampleTime};
+use embassy_stm32::can::filter::ListEntry16;
 use embassy_stm32::can::util::NominalBitTiming;
 use embassy_stm32::can::{
-    Can, Frame, Rx0InterruptHandler, Rx1InterruptHandler, SceInterruptHandler, TxInterruptHandler,
+    Can, CanRx, Fifo, Frame, Rx0InterruptHandler, Rx1InterruptHandler, SceInterruptHandler, TxInterruptHandler,
 };
 use embassy_stm32::dma::{self, Request};
+use embassy_stm32::flash::{Blocking, Flash};
 use embassy_stm32::pac;
 use embassy_stm32::pac::adc::vals::Dds;
 use embassy_stm32::peripherals::{ADC1, CAN1, DMA1_CH1, DMA2_CH0, IWDG};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::qei::{Config as QeiConfig, Qei};
 use embassy_stm32::{Config, Peri, bind_interrupts, rcc, triggers};
+use embassy_time::Timer;
 use embedded_can::StandardId;
-use firmware::ports::{CHANNELS, FrameSink, Offer};
+use firmware::ports::{CHANNELS, FrameSink, FrameSource, Offer};
 
 use super::Links;
 
@@ -41,6 +46,12 @@ const BIT_TIMING: NominalBitTiming = NominalBitTiming {
     sync_jump_width: NonZeroU8::new(1).unwrap(),
 };
 
+/// Two erase sectors for parameter images: sector 7, where a programmer's record lies too, and sector 8.
+pub(super) const IMAGE_REGIONS: [u32; 2] = [0x0806_0000, 0x0808_0000];
+
+/// Bytes of either.
+pub(super) const IMAGE_REGION: u32 = 128 * 1024;
+
 bind_interrupts!(pub(super) struct Irqs {
     CAN1_RX0 => Rx0InterruptHandler<CAN1>;
     CAN1_RX1 => Rx1InterruptHandler<CAN1>;
@@ -55,7 +66,7 @@ pub(super) fn codes_request(channel: &CodesDma) -> Request {
 }
 
 /// Clocks and drivers; nothing runs yet but the bus controller.
-pub(super) fn start() -> (Converter, Links, Bus, Peri<'static, IWDG>) {
+pub(super) fn start() -> (Converter, Links, (Bus, Ears), Peri<'static, IWDG>, Flash<'static, Blocking>) {
     let mut config = Config::default();
     config.rcc = clocks();
     let p = embassy_stm32::init(config);
@@ -69,10 +80,11 @@ pub(super) fn start() -> (Converter, Links, Bus, Peri<'static, IWDG>) {
         counts: p.DMA1_CH1,
     };
     let mut can = Can::new(p.CAN1, p.PB8, p.PB9, Irqs);
-    // no filter accepts anything: the block acknowledges what others send and keeps none of it
+    // no filter accepts anything until the node is known: the block acknowledges what others send and keeps none of it
     can.modify_filters().clear();
     can.modify_config().set_bit_timing(BIT_TIMING);
-    (converter, links, Bus::new(can), p.IWDG)
+    let (_, rx) = can.split();
+    (converter, links, (Bus::new(can), Ears { rx }), p.IWDG, Flash::new_blocking(p.FLASH))
 }
 
 /// 8 MHz / 4 * 168 / 2 = 168 MHz; buses at 42 and 84 MHz, their timers at twice that.
@@ -212,6 +224,53 @@ impl FrameSink for Bus {
         match self.can.try_write(&frame) {
             Ok(_) => Offer::Taken,
             Err(_) => Offer::Busy,
+        }
+    }
+
+    fn holds(&self, id: u16) -> bool {
+        let mailboxes = pac::CAN1.tsr().read();
+        (0..3).any(|n| !mailboxes.tme(n) && pac::CAN1.tx(n).tir().read().stid() == id)
+    }
+
+    fn is_idle(&self) -> bool {
+        let mailboxes = pac::CAN1.tsr().read();
+        (0..3).all(|n| mailboxes.tme(n))
+    }
+
+    fn is_off(&self) -> bool {
+        pac::CAN1.esr().read().boff()
+    }
+}
+
+/// The receiving side of CAN1.
+pub(crate) struct Ears {
+    rx: CanRx<'static>,
+}
+
+impl Ears {
+    /// Accepts what is for this node: requests, and askings about bursts.
+    pub(crate) fn listen(&mut self, node: NodeId) {
+        let entry = |base: u16| {
+            let id = StandardId::new(base + u16::from(node.get())).unwrap_or(StandardId::ZERO);
+            ListEntry16::data_frames_with_id(id)
+        };
+        let (requests, askings) = (entry(REQUEST_BASE), entry(ASK_BASE));
+        self.rx.modify_filters().enable_bank(0, Fifo::Fifo0, [requests, askings, requests, askings]);
+    }
+}
+
+impl FrameSource for Ears {
+    async fn frame(&mut self) -> RawFrame {
+        loop {
+            match self.rx.read().await {
+                Ok(envelope) => {
+                    if let Some(frame) = super::whole(&envelope.frame) {
+                        return frame;
+                    }
+                }
+                // as long as the bus is in error there is one at once
+                Err(_) => Timer::after_micros(super::IN_ERROR_US).await,
+            }
         }
     }
 }

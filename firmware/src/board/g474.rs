@@ -3,11 +3,15 @@
 use core::num::{NonZeroU8, NonZeroU16};
 use core::task::Poll;
 
-use can_wire::{BoardKind, RawFrame, ResetCause};
+use can_wire::burst::ASK_BASE;
+use can_wire::service::REQUEST_BASE;
+use can_wire::{BoardKind, NodeId, RawFrame, ResetCause};
 use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, Exten, RegularTrigger, RxDma, SampleTime};
 use embassy_stm32::can::config::{GlobalFilter, NominalBitTiming};
-use embassy_stm32::can::{CanConfigurator, CanTx, Frame, IT0InterruptHandler, IT1InterruptHandler};
+use embassy_stm32::can::filter::{Action, FilterType, StandardFilter, StandardFilterSlot};
+use embassy_stm32::can::{CanConfigurator, CanRx, CanTx, Frame, IT0InterruptHandler, IT1InterruptHandler, Properties};
 use embassy_stm32::dma::{self, Request};
+use embassy_stm32::flash::{Blocking, Flash};
 use embassy_stm32::opamp::{OpAmp, OpAmpGain, OpAmpInternalOutput, OpAmpSpeed};
 use embassy_stm32::pac;
 use embassy_stm32::pac::adc::vals::{Adstp, Dmacfg, Dmaen};
@@ -15,8 +19,9 @@ use embassy_stm32::peripherals::{ADC1, DMA1_CH1, DMA1_CH2, FDCAN1, IWDG, OPAMP1}
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::qei::{Config as QeiConfig, Qei};
 use embassy_stm32::{Config, Peri, bind_interrupts, rcc, triggers};
+use embassy_time::Timer;
 use embedded_can::StandardId;
-use firmware::ports::{CHANNELS, FrameSink, Offer};
+use firmware::ports::{CHANNELS, FrameSink, FrameSource, Offer};
 use static_cell::StaticCell;
 
 use super::Links;
@@ -45,6 +50,13 @@ const BIT_TIMING: NominalBitTiming = NominalBitTiming {
     sync_jump_width: NonZeroU8::new(1).unwrap(),
 };
 
+/// Two halves of the last 128 KiB for parameter images, 32 pages each, all in the second bank: the program runs on from the
+/// first while they are written.
+pub(super) const IMAGE_REGIONS: [u32; 2] = [0x0806_0000, 0x0807_0000];
+
+/// Bytes of either.
+pub(super) const IMAGE_REGION: u32 = 64 * 1024;
+
 bind_interrupts!(pub(super) struct Irqs {
     FDCAN1_IT0 => IT0InterruptHandler<FDCAN1>;
     FDCAN1_IT1 => IT1InterruptHandler<FDCAN1>;
@@ -57,7 +69,7 @@ pub(super) fn codes_request(channel: &CodesDma) -> Request {
 }
 
 /// Clocks and drivers; nothing runs yet but amplifier and bus controller.
-pub(super) fn start() -> (Converter, Links, Bus, Peri<'static, IWDG>) {
+pub(super) fn start() -> (Converter, Links, (Bus, Ears), Peri<'static, IWDG>, Flash<'static, Blocking>) {
     static AMPLIFIER: StaticCell<OpAmp<'static, OPAMP1>> = StaticCell::new();
     let mut config = Config::default();
     config.rcc = clocks();
@@ -73,10 +85,11 @@ pub(super) fn start() -> (Converter, Links, Bus, Peri<'static, IWDG>) {
         counts: p.DMA1_CH2,
     };
     let mut can = CanConfigurator::new(p.FDCAN1, p.PA11, p.PA12, Irqs);
-    // nothing is accepted: the block acknowledges what others send and keeps none of it
+    // nothing is accepted until the node is known: the block acknowledges what others send and keeps none of it
     can.set_config(can.config().set_global_filter(GlobalFilter::reject_all()).set_nominal_bit_timing(BIT_TIMING));
-    let (tx, _, _) = can.into_normal_mode().split();
-    (converter, links, Bus { tx, holds: [None; MAILBOXES] }, p.IWDG)
+    let (tx, rx, properties) = can.into_normal_mode().split();
+    let bus = Bus { tx, holds: [None; MAILBOXES] };
+    (converter, links, (bus, Ears { rx, properties }), p.IWDG, Flash::new_blocking(p.FLASH))
 }
 
 /// 24 MHz / 6 * 80 / 2 = 160 MHz for the core and its buses, 80 MHz for FDCAN1, 40 MHz for the converter.
@@ -219,6 +232,54 @@ impl FrameSink for Bus {
                 Offer::Taken
             }
             Poll::Pending => Offer::Busy,
+        }
+    }
+
+    fn holds(&self, id: u16) -> bool {
+        let pending = pac::FDCAN1.txbrp().read();
+        self.holds.iter().enumerate().any(|(n, held)| pending.trp(n) && *held == Some(id))
+    }
+
+    fn is_idle(&self) -> bool {
+        let pending = pac::FDCAN1.txbrp().read();
+        (0..MAILBOXES).all(|n| !pending.trp(n))
+    }
+
+    fn is_off(&self) -> bool {
+        pac::FDCAN1.psr().read().bo()
+    }
+}
+
+/// The receiving side of FDCAN1.
+pub(crate) struct Ears {
+    rx: CanRx<'static>,
+    properties: Properties,
+}
+
+impl Ears {
+    /// Accepts what is for this node: requests, and askings about bursts.
+    pub(crate) fn listen(&mut self, node: NodeId) {
+        let id = |base: u16| StandardId::new(base + u16::from(node.get())).unwrap_or(StandardId::ZERO);
+        let both = StandardFilter {
+            filter: FilterType::DedicatedDual(id(REQUEST_BASE), id(ASK_BASE)),
+            action: Action::StoreInFifo0,
+        };
+        self.properties.set_standard_filter(StandardFilterSlot::_0, both);
+    }
+}
+
+impl FrameSource for Ears {
+    async fn frame(&mut self) -> RawFrame {
+        loop {
+            match self.rx.read().await {
+                Ok(envelope) => {
+                    if let Some(frame) = super::whole(&envelope.frame) {
+                        return frame;
+                    }
+                }
+                // as long as the bus is in error there is one at once
+                Err(_) => Timer::after_micros(super::IN_ERROR_US).await,
+            }
         }
     }
 }

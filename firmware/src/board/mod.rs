@@ -13,9 +13,12 @@
 //! second ring. The processor takes no part in it, so force and position have one clock and no jitter.
 #![allow(unsafe_code, reason = "registers and fixed addresses; each block says why it is sound")]
 
-use can_wire::{ResetCause, parameters};
+use can_wire::{RawFrame, ResetCause};
+use cortex_m::peripheral::SCB;
 use embassy_stm32::Peri;
+use embassy_stm32::can::Frame;
 use embassy_stm32::dma::{Channel, ReadableRingBuffer, TransferOptions};
+use embassy_stm32::flash::{Blocking, Flash};
 use embassy_stm32::pac;
 use embassy_stm32::peripherals::{IWDG, TIM2, TIM3};
 use embassy_stm32::time::Hertz;
@@ -24,8 +27,10 @@ use embassy_stm32::timer::low_level::{CountingMode, MasterMode, RoundTo, Timer a
 use embassy_stm32::timer::qei::Qei;
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_time::{Instant, Timer};
-use firmware::ports::{CHANNELS, Clock, Interruption, SampleRun, SampleSource, Samples, Storage, Watchdog};
+use embedded_can::Id;
+use firmware::ports::{CHANNELS, Clock, Interruption, Restart, SampleRun, SampleSource, Samples, Storage, Watchdog};
 use firmware::runners::supervise::WATCHDOG_US;
+use firmware::store::{self, Store};
 use model_core::sample::{SAMPLE_HZ, SAMPLES_PER_BLOCK};
 use static_cell::ConstStaticCell;
 
@@ -42,16 +47,19 @@ compile_error!("choose one board: for the G474 add --no-default-features");
 #[cfg(not(any(feature = "board-f405", feature = "board-g474")))]
 compile_error!("choose a board: --features board-f405 or --features board-g474");
 
-pub(crate) use chip::{Bus, KIND};
+pub(crate) use chip::{Bus, Ears, KIND};
 
 /// Everything the runners are given.
 pub(crate) struct Board {
     pub(crate) sampler: Sampler,
     pub(crate) bus: Bus,
+    pub(crate) ears: Ears,
     pub(crate) watchdog: Dog,
     pub(crate) parameters: ParameterFlash,
+    pub(crate) store: ImageStore,
     pub(crate) reset_cause: ResetCause,
     pub(crate) boot_count: u16,
+    pub(crate) unique: [u32; 3],
 }
 
 /// Brings the board up, with the watchdog running from here on. To be called once.
@@ -59,17 +67,44 @@ pub(crate) fn start() -> Board {
     // before anything else may clear the flags
     let reset_cause = chip::take_reset_cause();
     let boot_count = boots::count(reset_cause);
-    let (converter, links, bus, iwdg) = chip::start();
+    let (converter, links, (bus, ears), iwdg, flash) = chip::start();
+    // may take two seconds where it has to erase, and so comes before the watchdog
+    let mut images = image_store(flash);
+    if images.prepare().is_err() {
+        defmt::error!("no room for the next parameter image: the flash does not erase");
+    }
     let mut watchdog = IndependentWatchdog::new(iwdg, WATCHDOG_US);
     watchdog.unleash();
     Board {
         sampler: Sampler::new(converter, links),
         bus,
+        ears,
         watchdog: Dog(watchdog),
         parameters: ParameterFlash,
+        store: images,
         reset_cause,
         boot_count,
+        unique: unique(),
     }
+}
+
+/// The chip's own identifier, lowest word first.
+fn unique() -> [u32; 3] {
+    let mut words = [0; 3];
+    for (word, bytes) in words.iter_mut().zip(embassy_stm32::uid::uid().as_chunks::<4>().0) {
+        *word = u32::from_le_bytes(*bytes);
+    }
+    words
+}
+
+/// Pause before the receiver is asked again while the bus is in error, µs.
+const IN_ERROR_US: u64 = 5_000;
+
+/// A frame as the runners take it: 11-bit identifier, eight bytes.
+fn whole(frame: &Frame) -> Option<RawFrame> {
+    let Id::Standard(id) = frame.id() else { return None };
+    let data = frame.data().try_into().ok().filter(|_| frame.header().len() == 8)?;
+    Some(RawFrame { id: id.as_raw(), data })
 }
 
 /// What the sampler is connected by.
@@ -171,15 +206,38 @@ impl Drop for Run<'_> {
     }
 }
 
-/// Where the parameter record lies in flash.
+/// The parameter images, through the flash driver: what saves them.
+pub(crate) type ImageStore = Store<'static, Flash<'static, Blocking>>;
+
+/// Where flash begins.
+const FLASH_BASE: u32 = 0x0800_0000;
+
+fn image_store(flash: Flash<'static, Blocking>) -> ImageStore {
+    static PLACE: ConstStaticCell<[u8; store::PLACE]> = ConstStaticCell::new([0; store::PLACE]);
+    let offsets = chip::IMAGE_REGIONS.map(|address| address - FLASH_BASE);
+    Store::new(flash, offsets, chip::IMAGE_REGION, PLACE.take())
+}
+
+/// The parameter images, as they lie in memory. Read at start-up only, before anything could be saved.
 pub(crate) struct ParameterFlash;
 
 impl Storage for ParameterFlash {
-    fn record(&self) -> &[u8] {
-        let start = core::ptr::with_exposed_provenance::<u8>(parameters::ADDRESS as usize);
-        // SAFETY: region PARAMS of memory.x: flash of both chips, readable byte by byte from reset to reset,
-        // holding nothing of the image and written by nothing in it.
-        unsafe { core::slice::from_raw_parts(start, parameters::MAX_SIZE) }
+    fn regions(&self) -> [&[u8]; 2] {
+        chip::IMAGE_REGIONS.map(|address| {
+            let start = core::ptr::with_exposed_provenance::<u8>(address as usize);
+            // SAFETY: whole sectors of the chip's flash behind the image, readable byte by byte from reset to reset; what
+            // is read at start-up is dropped before a store may write there.
+            unsafe { core::slice::from_raw_parts(start, chip::IMAGE_REGION as usize) }
+        })
+    }
+}
+
+/// Reset by software.
+pub(crate) struct Reset;
+
+impl Restart for Reset {
+    fn restart(&mut self) {
+        SCB::sys_reset();
     }
 }
 

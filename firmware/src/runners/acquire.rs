@@ -29,6 +29,8 @@ pub struct Acquire<'a, M: RawMutex, S, C> {
     pub source: S,
     /// Where blocks go.
     pub blocks: Sender<'a, M, RawBlock, DEPTH>,
+    /// Where copies go, for bursts; one that finds no room is missing there and nowhere else.
+    pub copies: Sender<'a, M, RawBlock, DEPTH>,
     /// Time.
     pub clock: C,
     /// Signs of life.
@@ -53,6 +55,7 @@ impl<M: RawMutex, S: SampleSource, C: Clock> Acquire<'_, M, S, C> {
                         if self.blocks.try_send(block).is_err() {
                             warning!("block {=u32} lost: the estimator is busy", block.tick);
                         }
+                        let _ = self.copies.try_send(block);
                         self.liveness.report(Member::Acquire);
                         delivers = true;
                     }
@@ -118,9 +121,11 @@ mod tests {
         let desk = Desk::new();
         let liveness = Liveness::new();
         let blocks = Channel::<NoopRawMutex, RawBlock, DEPTH>::new();
+        let copies = Channel::<NoopRawMutex, RawBlock, DEPTH>::new();
         let source = Script::new(&desk, script);
         let starts = source.starts.clone();
-        let acquire = Acquire { source, blocks: blocks.sender(), clock: &desk, liveness: &liveness };
+        let acquire =
+            Acquire { source, blocks: blocks.sender(), copies: copies.sender(), clock: &desk, liveness: &liveness };
         let mut ticks = Vec::new();
         desk.run_watching(for_us, acquire.run(), || {
             while let Ok(block) = blocks.try_receive() {
@@ -157,7 +162,9 @@ mod tests {
         let liveness = Liveness::new();
         let blocks = Channel::<NoopRawMutex, RawBlock, DEPTH>::new();
         let source = Script::new(&desk, Vec::new());
-        let acquire = Acquire { source, blocks: blocks.sender(), clock: &desk, liveness: &liveness };
+        let copies = Channel::<NoopRawMutex, RawBlock, DEPTH>::new();
+        let acquire =
+            Acquire { source, blocks: blocks.sender(), copies: copies.sender(), clock: &desk, liveness: &liveness };
         let mut ticks = Vec::new();
         desk.run_watching(100_500, acquire.run(), || {
             if desk.now_us() >= 50_000 {

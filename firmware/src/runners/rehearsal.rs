@@ -9,7 +9,7 @@ use std::task::{Context, Poll, Waker};
 
 use can_wire::RawFrame;
 
-use crate::ports::{Clock, FrameSink, Interruption, Offer, SampleRun, SampleSource, Samples};
+use crate::ports::{Clock, FrameSink, FrameSource, Interruption, Offer, SampleRun, SampleSource, Samples};
 use crate::timeline::BLOCK_US;
 
 /// Virtual time.
@@ -135,11 +135,13 @@ pub(crate) struct Controller {
     mailboxes: RefCell<[Option<RawFrame>; 3]>,
     /// Frames sent, with the time of [`transmit`](Self::transmit), µs.
     pub(crate) log: RefCell<Vec<(u64, RawFrame)>>,
+    /// Whether the controller has left the bus.
+    pub(crate) off: Cell<bool>,
 }
 
 impl Controller {
     pub(crate) fn new() -> Self {
-        Controller { mailboxes: RefCell::default(), log: RefCell::default() }
+        Controller { mailboxes: RefCell::default(), log: RefCell::default(), off: Cell::new(false) }
     }
 
     /// The bus takes all frames that wait.
@@ -168,5 +170,33 @@ impl FrameSink for &Controller {
             }
             None => Offer::Busy,
         }
+    }
+
+    fn holds(&self, id: u16) -> bool {
+        self.mailboxes.borrow().iter().flatten().any(|f| f.id == id)
+    }
+
+    fn is_idle(&self) -> bool {
+        self.mailboxes.borrow().iter().all(Option::is_none)
+    }
+
+    fn is_off(&self) -> bool {
+        self.off.get()
+    }
+}
+
+/// Frames from elsewhere, as a test puts them in.
+#[derive(Default)]
+pub(crate) struct Inbox(RefCell<VecDeque<RawFrame>>);
+
+impl Inbox {
+    pub(crate) fn put(&self, frame: RawFrame) {
+        self.0.borrow_mut().push_back(frame);
+    }
+}
+
+impl FrameSource for &Inbox {
+    async fn frame(&mut self) -> RawFrame {
+        std::future::poll_fn(|_| self.0.borrow_mut().pop_front().map_or(Poll::Pending, Poll::Ready)).await
     }
 }

@@ -6,7 +6,7 @@ use crate::ports::{Clock, Watchdog};
 /// Time the watchdog gives, nominally, µs.
 pub const WATCHDOG_US: u32 = 500_000;
 
-/// Feeds only when acquire, estimate and publish have all reported since the last feeding.
+/// Feeds only when acquire, estimate, publish and serve have all reported since the last feeding.
 pub struct Supervise<'a, W, C> {
     /// The dog.
     pub watchdog: W,
@@ -55,6 +55,7 @@ mod tests {
                 desk.sleep_until(at_us).await;
                 liveness.report(Member::Acquire);
                 liveness.report(Member::Publish);
+                liveness.report(Member::Serve);
                 if at_us < 350_000 {
                     liveness.report(Member::Estimate);
                 }

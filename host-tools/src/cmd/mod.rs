@@ -1,5 +1,6 @@
 //! One file a subcommand: parse arguments, call the library, print. And what all of them share.
 
+pub(crate) mod block;
 mod calculate;
 pub(crate) mod calibrate;
 pub(crate) mod convert;
@@ -9,11 +10,14 @@ pub(crate) mod decode;
 pub(crate) mod demo;
 pub(crate) mod diagnose;
 pub(crate) mod drag;
+pub(crate) mod eds;
 pub(crate) mod estimate;
+pub(crate) mod image;
 pub(crate) mod paper;
 pub(crate) mod parameters;
 pub(crate) mod preload;
 pub(crate) mod progress;
+pub(crate) mod record;
 pub(crate) mod recordings;
 pub(crate) mod replay;
 pub(crate) mod simulate;

@@ -1,6 +1,7 @@
 //! Messages as rows of CSV: one row a message, an empty cell where that kind of message has no such number.
 
 use can_wire::Message;
+use model_core::consistency::Axis;
 use model_core::sample::{Reason, Reasons};
 
 use crate::candump::Micros;
@@ -15,7 +16,7 @@ pub fn quality(reason: Option<Reason>) -> &'static str {
 }
 
 /// The columns, units in their names.
-pub const COLUMNS: [&str; 22] = [
+pub const COLUMNS: [&str; 33] = [
     "time_s",
     "node",
     "message",
@@ -38,6 +39,17 @@ pub const COLUMNS: [&str; 22] = [
     "reset",
     "boot_count",
     "frames_dropped",
+    "image",
+    "changes",
+    "limits",
+    "unlocked",
+    "bursting",
+    "misfit_axis",
+    "misfit_strength",
+    "misfit_share",
+    "misfit_since_s",
+    "acting",
+    "parameter_source",
 ];
 
 /// The header row, without the line's end.
@@ -86,6 +98,32 @@ pub fn row(out: &mut Vec<u8>, decoded: &Decoded) {
             row.number(m.amplitude_n);
             row.number(m.phase_rad);
             row.number(m.wavelength_m);
+        }
+        Message::Acting(m) => {
+            row.name("acting");
+            row.count(m.counter);
+            row.up_to("acting");
+            row.name(&m.acting.names().collect::<Vec<_>>().join(" "));
+            row.name(m.source.name());
+        }
+        Message::Misfit(m) => {
+            row.name("misfit");
+            row.count(m.counter);
+            row.up_to("misfit_axis");
+            row.name(m.axis.map_or("", Axis::name));
+            row.number(m.strength);
+            row.number(m.share);
+            row.number(m.since_s);
+        }
+        Message::State(m) => {
+            row.name("state");
+            row.count(m.counter);
+            row.up_to("image");
+            row.name(&hash(m.image));
+            row.count(m.changes);
+            row.name(m.limits.name());
+            row.count(u8::from(m.unlocked));
+            row.count(u8::from(m.bursting));
         }
         Message::Heartbeat(m) => {
             row.name("heartbeat");
@@ -157,6 +195,11 @@ impl Row<'_> {
         self.empty(COLUMNS.len() - self.cells);
         self.out.push(b'\n');
     }
+}
+
+/// A parameter image's hash as people compare it.
+pub fn hash(hash: u32) -> String {
+    format!("{hash:08x}")
 }
 
 /// The names of a set of reasons, most urgent first.

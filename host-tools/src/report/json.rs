@@ -1,9 +1,10 @@
 //! Messages as JSON lines: SI numbers with the unit in the key, `null` for what the block did not know.
 
 use can_wire::Message;
+use model_core::consistency::Axis;
 use serde::Serialize;
 
-use super::csv::{names, quality};
+use super::csv::{hash, names, quality};
 use crate::decode::Decoded;
 
 #[derive(Serialize)]
@@ -22,6 +23,9 @@ enum Body {
     Motion { speed_m_s: Option<f32>, temperature_degc: Option<f32>, motion: &'static str, block_time_us: u32 },
     Fault { reasons: Vec<&'static str>, lost_blocks: u8, error_code: u16, error_register: u8 },
     Ripple { amplitude_n: Option<f32>, phase_rad: Option<f32>, wavelength_m: Option<f32> },
+    Acting { acting: Vec<&'static str>, source: &'static str },
+    Misfit { axis: Option<&'static str>, strength: Option<f32>, share: Option<f32>, since_s: Option<f32> },
+    State { image: String, changes: u16, limits: &'static str, unlocked: bool, bursting: bool },
     Heartbeat { state: &'static str, reset: &'static str, board: &'static str, boot_count: u16, frames_dropped: u16 },
 }
 
@@ -49,6 +53,17 @@ pub fn object(decoded: &Decoded) -> String {
         Message::Ripple(m) => {
             Body::Ripple { amplitude_n: m.amplitude_n, phase_rad: m.phase_rad, wavelength_m: m.wavelength_m }
         }
+        Message::Acting(m) => Body::Acting { acting: m.acting.names().collect(), source: m.source.name() },
+        Message::Misfit(m) => {
+            Body::Misfit { axis: m.axis.map(Axis::name), strength: m.strength, share: m.share, since_s: m.since_s }
+        }
+        Message::State(m) => Body::State {
+            image: hash(m.image),
+            changes: m.changes,
+            limits: m.limits.name(),
+            unlocked: m.unlocked,
+            bursting: m.bursting,
+        },
         Message::Heartbeat(m) => Body::Heartbeat {
             state: m.state.name(),
             reset: m.reset_cause.name(),

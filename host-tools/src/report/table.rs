@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use can_wire::{HeartbeatMessage, Message, NodeId, RippleMessage};
+use can_wire::{ActingMessage, HeartbeatMessage, Message, MisfitMessage, NodeId, RippleMessage, StateMessage};
+use model_core::consistency::Axis;
 use model_core::sample::Reasons;
 
-use super::csv::names;
+use super::csv::{hash, names};
 use crate::candump::Micros;
 use crate::decode::{Decoded, Joiner, Reading};
 
@@ -25,6 +26,9 @@ pub struct Table {
     joiner: Joiner,
     beats: BTreeMap<NodeId, HeartbeatMessage>,
     faults: BTreeMap<NodeId, (Reasons, u8)>,
+    states: BTreeMap<NodeId, StateMessage>,
+    misfits: BTreeMap<NodeId, (Option<Axis>, bool)>,
+    actings: BTreeMap<NodeId, ActingMessage>,
 }
 
 impl Table {
@@ -51,7 +55,29 @@ impl Table {
                 };
                 format!("reasons: {names}; {} blocks of samples lost", fault.lost_blocks)
             }
+            Message::State(state) => {
+                let said = StateMessage { counter: 0, ..state };
+                if self.states.insert(node, said) == Some(said) {
+                    return None;
+                }
+                workings(&state)
+            }
             Message::Ripple(ripple) => ball_pass(&ripple),
+            Message::Misfit(misfit) => {
+                // numbers flicker; what counts is whether and on which axis
+                let said = (misfit.axis, misfit.since_s.is_some());
+                if self.misfits.insert(node, said) == Some(said) {
+                    return None;
+                }
+                fit(&misfit)
+            }
+            Message::Acting(acting) => {
+                let said = ActingMessage { counter: 0, ..acting };
+                if self.actings.insert(node, said) == Some(said) {
+                    return None;
+                }
+                parameters(&acting)
+            }
         };
         Some(format!("{:>14}  {:>4}  {text}", seconds(time), node.get()))
     }
@@ -105,6 +131,33 @@ fn heartbeat(beat: &HeartbeatMessage) -> String {
         beat.reset_cause.name(),
         beat.frames_dropped
     )
+}
+
+fn workings(state: &StateMessage) -> String {
+    let image = match state.image {
+        0 => "built-in parameters".to_owned(),
+        image => format!("image {}", hash(image)),
+    };
+    let lock = if state.unlocked { "unlocked" } else { "locked" };
+    let burst = if state.bursting { ", sends a burst" } else { "" };
+    format!("state: {image}, {} changes, {lock}, limits {}{burst}", state.changes, state.limits.name())
+}
+
+fn fit(misfit: &MisfitMessage) -> String {
+    let (Some(axis), Some(strength), Some(share)) = (misfit.axis, misfit.strength, misfit.share) else {
+        return "model: too little motion seen to judge it".to_owned();
+    };
+    let how = format!("{strength:.1} sigma, {:.1} % of the drag, over {}", 100.0 * share, axis.name());
+    match misfit.since_s {
+        Some(since) => format!("model does NOT fit, for {since:.0} s: {how}"),
+        None => format!("model fits; most: {how}"),
+    }
+}
+
+fn parameters(message: &ActingMessage) -> String {
+    let acting: Vec<_> = message.acting.names().collect();
+    let acting = if acting.is_empty() { "the law alone".to_owned() } else { format!("law with {}", acting.join(", ")) };
+    format!("parameters {}: {acting}", message.source.name())
 }
 
 fn ball_pass(ripple: &RippleMessage) -> String {
