@@ -136,8 +136,9 @@ pub(crate) fn moved(nominal: &Nominal, values: &[f64], step: &[f64]) -> Vec<f64>
         .iter()
         .zip(values.iter().zip(step))
         .map(|(parameter, (value, step))| match parameter.sigma {
+            _ if !step.is_finite() => *value,
             Some(_) => (value + step).clamp(-SMALLEST_FACTOR, LARGEST_FACTOR),
-            None => value + step,
+            None => (value + step).clamp(parameter.range.0, parameter.range.1),
         })
         .collect()
 }

@@ -67,7 +67,8 @@ pub(crate) fn finding(
     let mut equivalents: Vec<String> = Vec::new();
     for candidate in &set.candidates {
         let id = id_of(&candidate.source);
-        if !candidate.source.is_kin(source) && !equivalents.contains(&id) {
+        // another number of the law has no other name
+        if !candidate.source.is_kin(source) && id != id_of(source) && !equivalents.contains(&id) {
             equivalents.push(id);
         }
     }

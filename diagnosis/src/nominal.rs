@@ -17,6 +17,8 @@ pub(crate) struct Parameter {
     pub(crate) unit: &'static str,
     /// Relative standard deviation; `None` where the simulation leaves the number out altogether.
     pub(crate) sigma: Option<f64>,
+    /// Values that a simulation file allows for a number that was left out.
+    pub(crate) range: (f64, f64),
     which: Which,
 }
 
@@ -45,6 +47,10 @@ pub(crate) struct Nominal {
     pub(crate) parameters: Vec<Parameter>,
 }
 
+/// Largest number that a fit may come to where the simulation left it out, N and N s/m; largest mass, kg.
+const LARGEST: f64 = 1e6;
+const HEAVIEST_KG: f64 = 1e5;
+
 /// Relative step of the tangent.
 const STEP: f64 = 1e-3;
 
@@ -54,7 +60,12 @@ impl Nominal {
         let mut nominal = Nominal { simulation: simulation.clone(), parameters: Vec::new() };
         let mut add = |which, name, unit, sigma: Option<f64>| {
             if sigma.is_none_or(|sigma| sigma > 0.0) {
-                nominal.parameters.push(Parameter { name, unit, sigma, which });
+                let range = match which {
+                    Which::FreeCoulomb => (0.0, LARGEST),
+                    Which::FreeMass => (0.0, HEAVIEST_KG),
+                    _ => (-LARGEST, LARGEST),
+                };
+                nominal.parameters.push(Parameter { name, unit, sigma, range, which });
             }
         };
         match &mut nominal.simulation.law {

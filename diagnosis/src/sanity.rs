@@ -6,6 +6,9 @@ use simulation::run::{Break, Run};
 
 use crate::report::DataQuality;
 
+/// No guide carries more, N.
+const LARGEST_N: f64 = 1e9;
+
 /// Fewest rows that allow a judgement.
 pub(crate) const FEWEST_ROWS: usize = 200;
 
@@ -84,6 +87,9 @@ pub(crate) fn channels(run: &Run, quality: &mut DataQuality) -> Option<String> {
     let (low, high) = extremes(force);
     if run.len() < FEWEST_ROWS {
         return Some(name(format!("{} rows; at least {FEWEST_ROWS} are needed", run.len())));
+    }
+    if low < -LARGEST_N || high > LARGEST_N {
+        return Some(name(format!("the force reaches {:.1e} N: is its unit meant?", high.max(-low))));
     }
     if !(high > low) {
         return Some(name("the force never changes: the channel is stuck or not connected".to_owned()));

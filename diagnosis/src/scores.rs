@@ -119,14 +119,21 @@ impl Scene<'_> {
         let bench = &self.found.bench;
         let taught = self.force(bench.contexts, at, false)?;
         let directions = bench.contexts.iter().flat_map(|context| &context.direction);
-        let mut sums = [(0.0, 0.0); 2];
-        for ((force, direction), _) in taught.iter().zip(directions).zip(&bench.compared).filter(|(_, taught)| **taught) {
-            let (sum, rows) = &mut sums[usize::from(*direction > 0.0)];
-            *sum += force;
-            *rows += 1.0;
-        }
-        let means = sums.map(|(sum, rows)| if rows > 0.0 { sum / rows } else { 0.0 });
-        Some(contexts.iter().flat_map(|c| &c.direction).map(|direction| means[usize::from(*direction > 0.0)]).collect())
+        let rows: Vec<(f64, f64)> = taught
+            .into_iter()
+            .zip(directions.copied())
+            .zip(&bench.compared)
+            .filter(|(_, compared)| **compared)
+            .map(|(row, _)| row)
+            .collect();
+        let mean = |sign: f64| {
+            let own: Vec<f64> =
+                rows.iter().filter(|(_, direction)| *direction == sign).map(|(force, _)| *force).collect();
+            own.iter().sum::<f64>() / own.len().max(1) as f64
+        };
+        let (back, forth) = (mean(-1.0), mean(1.0));
+        let of = |direction: &f64| if *direction > 0.0 { forth } else { back };
+        Some(contexts.iter().flat_map(|context| &context.direction).map(of).collect())
     }
 
     /// Whether the error would be larger without each member, everything else as it was found.
