@@ -3,6 +3,7 @@
 use can_wire::parameters::ADDRESS;
 use can_wire::{FaultMessage, HeartbeatMessage, Message, ResetCause, decode};
 use model_core::sample::{Motion, Reason};
+use object::{Object, ObjectSegment};
 use system_tests::axis::{Feed, SAMPLE_S, Sample, readings};
 use system_tests::image::{BENCH, CHIPS, firmware, record, symbol};
 use virtual_board::{Chip, Outcome, VirtualBoard, symbols};
@@ -153,6 +154,41 @@ fn a_hung_task_ends_in_a_watchdog_reset_and_streaming_resumes() {
         }
         // and in the middle of the arithmetic
         hung_in(chip, &["monitor", "Monitor", "step"]);
+    }
+}
+
+/// The image with the beginning of a function replaced by an endless recursion: `push {r0-r7}`, and back to it.
+fn recursing(chip: Chip, function: &[&str]) -> Vec<u8> {
+    let mut elf = firmware(chip);
+    let table = symbols(&elf).expect("an ELF image");
+    let at = u64::from(table.find(&symbol(&table, function)).expect("just found").address);
+    let file = object::File::parse(&*elf).expect("an ELF image");
+    let segment = file.segments().find(|s| (s.address()..s.address() + s.file_range().1).contains(&at));
+    let segment = segment.expect("loaded from the file");
+    let place = (segment.file_range().0 + at - segment.address()) as usize;
+    elf[place..place + 4].copy_from_slice(&[0xFF, 0xB4, 0xFD, 0xE7]);
+    elf
+}
+
+/// The stack runs into nothing before it has overwritten a variable: the number of starts, which no start-up code
+/// initialises, is still known.
+#[test]
+fn a_stack_that_overflows_ends_in_a_watchdog_reset_and_harms_no_variable() {
+    for chip in CHIPS {
+        // nobody writes to it before a second has passed
+        let elf = recursing(chip, &["6server", "6Server5write"]);
+        let feed = Feed::new(steady(3.0))
+            .at(1600, |pins| pins.receive(0x601, &[0x23, 0x01, 0x20, 1, 0, 0, 0, 0]))
+            .until(4_000_000_000);
+        let (outcome, feed) =
+            VirtualBoard::new(chip, &elf).with_flash(ADDRESS, &record(BENCH)).run(feed).expect("the image runs");
+        assert_eq!(outcome.resets.len(), 1, "{chip:?}: {:?}", outcome.resets);
+        let reset = &outcome.resets[0];
+        assert_eq!(reset.cause, virtual_board::ResetCause::Watchdog, "{chip:?}");
+        assert!((1_000_000_000..1_800_000_000).contains(&reset.at), "{chip:?}: reset at {} ns", reset.at);
+        let beat = last_heartbeat(&feed);
+        assert_eq!((beat.reset_cause, beat.boot_count), (ResetCause::Watchdog, 2), "{chip:?}");
+        assert!(feed.frames.iter().filter(|(_, f)| f.at > reset.at).count() > 10, "{chip:?}: streams again");
     }
 }
 
