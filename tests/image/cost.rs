@@ -185,13 +185,19 @@ fn images_fit_the_chips_memory_map_and_vector_table() {
         (Chip::Stm32f405, 0x0800_0000..0x0810_0000u32, 0x2000_0000..0x2002_0000u32),
         (Chip::Stm32g474, 0x0800_0000..0x0808_0000, 0x2000_0000..0x2002_0000),
     ] {
-        let image = Placed::of(&firmware(chip));
+        let elf = firmware(chip);
+        let (image, table) = (Placed::of(&elf), symbols(&elf).expect("an ELF image"));
         for (address, bytes) in &image.segments {
             let end = address + bytes.len() as u32;
             assert!(flash.contains(address) && end <= ADDRESS, "{chip:?}: {address:#x} to {end:#x}");
         }
         let word = |n: usize| image.vector(n);
         assert!(ram.contains(&(word(0) - 8)) && word(0) % 8 == 0, "{chip:?}: stack pointer {:#x}", word(0));
+        // the stack lies below all variables and ends where the RAM begins
+        let address = |name: &str| table.find(name).expect("of the linker").address;
+        assert_eq!((address("_stack_end"), address("_stack_start")), (ram.start, word(0)), "{chip:?}");
+        let first = ["__sdata", "__sbss", "__suninit"].map(address).into_iter().min();
+        assert!(first >= Some(word(0)), "{chip:?}: variables from {first:#x?}");
         assert!(word(1) & 1 == 1 && flash.contains(&word(1)), "{chip:?}: reset vector {:#x}", word(1));
         assert_eq!(word(1) & !1, image.entry & !1, "{chip:?}: the entry point is the reset vector");
         for n in 2..image.vectors() {

@@ -3,6 +3,7 @@
 use can_wire::parameters::ADDRESS;
 use can_wire::{FaultMessage, HeartbeatMessage, Message, ResetCause, decode};
 use model_core::sample::{Motion, Reason};
+use object::{Object, ObjectSegment};
 use system_tests::axis::{Feed, SAMPLE_S, Sample, readings};
 use system_tests::image::{BENCH, CHIPS, firmware, record, symbol};
 use virtual_board::{Chip, Outcome, VirtualBoard, symbols};
@@ -154,6 +155,100 @@ fn a_hung_task_ends_in_a_watchdog_reset_and_streaming_resumes() {
         // and in the middle of the arithmetic
         hung_in(chip, &["monitor", "Monitor", "step"]);
     }
+}
+
+/// A write to an object of the block, whichever.
+const WRITE: &[u8] = &[0x23, 0x01, 0x20, 1, 0, 0, 0, 0];
+
+/// Where a function of an image stands: its address, and the place in the file.
+fn function(elf: &[u8], fragments: &[&str]) -> (u32, usize) {
+    let table = symbols(elf).expect("an ELF image");
+    let at = table.find(&symbol(&table, fragments)).expect("just found").address;
+    let file = object::File::parse(elf).expect("an ELF image");
+    let holds = |s: &object::Segment<'_, '_>| (s.address()..s.address() + s.file_range().1).contains(&at.into());
+    let segment = file.segments().find(holds).expect("loaded from the file");
+    (at, (segment.file_range().0 + u64::from(at) - segment.address()) as usize)
+}
+
+/// The stack runs into nothing before it has overwritten a variable: the number of starts, which no start-up code
+/// initialises, is still known.
+#[test]
+fn a_stack_that_overflows_ends_in_a_watchdog_reset_and_harms_no_variable() {
+    for chip in CHIPS {
+        // nobody writes to it before a second has passed
+        // an endless recursion: push {r0-r7}, and back to it
+        let mut elf = firmware(chip);
+        let (_, place) = function(&elf, &["6server", "6Server5write"]);
+        elf[place..place + 4].copy_from_slice(&[0xFF, 0xB4, 0xFD, 0xE7]);
+        let feed = Feed::new(steady(3.0)).at(1600, |pins| pins.receive(0x601, WRITE)).until(4_000_000_000);
+        let (outcome, feed) =
+            VirtualBoard::new(chip, &elf).with_flash(ADDRESS, &record(BENCH)).run(feed).expect("the image runs");
+        assert_eq!(outcome.resets.len(), 1, "{chip:?}: {:?}", outcome.resets);
+        let reset = &outcome.resets[0];
+        assert_eq!(reset.cause, virtual_board::ResetCause::Watchdog, "{chip:?}");
+        assert!((1_000_000_000..1_800_000_000).contains(&reset.at), "{chip:?}: reset at {} ns", reset.at);
+        let beat = last_heartbeat(&feed);
+        assert_eq!((beat.reset_cause, beat.boot_count), (ResetCause::Watchdog, 2), "{chip:?}");
+        assert!(feed.frames.iter().filter(|(_, f)| f.at > reset.at).count() > 10, "{chip:?}: streams again");
+    }
+}
+
+/// `b.w` from an address to another (ARMv7-M A7.7.12, T4).
+fn branch(from: u32, to: u32) -> [u8; 4] {
+    let offset = to.wrapping_sub(from + 4);
+    let (sign, bit) = (offset >> 31, |n: u32| offset >> n & 1);
+    let j = |n: u32| !(bit(n) ^ sign) & 1;
+    let first = 0xF000 | sign << 10 | offset >> 12 & 0x3FF;
+    let second = 0x9000 | j(23) << 13 | j(22) << 11 | offset >> 1 & 0x7FF;
+    let [a, b] = [first, second].map(|halfword| (halfword as u16).to_le_bytes());
+    [a[0], a[1], b[0], b[1]]
+}
+
+/// The processor takes an NMI when somebody writes to the block, which is a second after its start. The emulated core has no
+/// line for it, so the program itself has one pend, on its way into a function; `ecc`: flash found what it cannot mend.
+fn nmi(ecc: bool) -> Outcome {
+    /// Behind the image, where flash is erased.
+    const DETOUR: u32 = 0x0805_0000;
+    let mut elf = firmware(Chip::Stm32g474);
+    let (at, place) = function(&elf, &["6server", "6Server5write"]);
+    let mut detour: Vec<u8> = [
+        0xB403, // push {r0, r1}
+        0xF64E, 0x5004, 0xF2CE, 0x0000, // r0: ICSR
+        0x2101, 0x07C9, 0x6001, // NMIPENDSET
+        0xF3BF, 0x8F4F, 0xF3BF, 0x8F6F,    // dsb, isb
+        0xBC03u16, // pop {r0, r1}
+    ]
+    .into_iter()
+    .flat_map(u16::to_le_bytes)
+    .collect();
+    let begins: [u8; 4] = elf[place..place + 4].try_into().expect("four bytes");
+    // push, and what has a frame pointer: neither minds where it stands
+    assert!(matches!(begins, [_, 0xB5, _, 0xAF]) || begins[..2] == [0x2D, 0xE9], "{begins:x?}");
+    detour.extend(begins);
+    detour.extend(branch(DETOUR + detour.len() as u32, at + 4));
+    elf[place..place + 4].copy_from_slice(&branch(at, DETOUR));
+    let feed = Feed::new(steady(3.0)).at(1600, move |pins| {
+        if ecc {
+            pins.find_flash_error();
+        }
+        pins.receive(0x601, WRITE);
+    });
+    let record = record(BENCH);
+    let board = VirtualBoard::new(Chip::Stm32g474, &elf).with_flash(ADDRESS, &record).with_flash(DETOUR, &detour);
+    let (outcome, feed) = board.run(feed).expect("the image runs");
+    let answered = feed.frames.iter().any(|(_, f)| f.id == 0x581);
+    assert_eq!(answered, ecc, "the function went on, or did not");
+    outcome
+}
+
+#[test]
+fn flash_that_its_ecc_cannot_mend_is_read_on() {
+    let outcome = nmi(true);
+    assert!(outcome.resets.is_empty(), "{:?}", outcome.resets);
+    // every other cause of an NMI is a new start at once
+    let outcome = nmi(false);
+    let causes: Vec<_> = outcome.resets.iter().map(|r| r.cause).collect();
+    assert_eq!(causes, [virtual_board::ResetCause::Software]);
 }
 
 #[test]

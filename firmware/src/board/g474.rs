@@ -112,6 +112,29 @@ fn clocks() -> rcc::Config {
     clocks
 }
 
+/// A double word of flash that its ECC cannot mend was read.
+///
+/// A save whose power was cut leaves such double words. They read as something, the CRC of the record or its commit
+/// does not fit that, and the image before counts: so reading goes on. Without this, the block would hang at every
+/// start. In the program's own bank nothing can be believed any more, and any other cause (the clock, parity of the RAM)
+/// is as bad.
+///
+/// # Safety
+/// Called by the processor only.
+#[cortex_m_rt::exception]
+unsafe fn NonMaskableInt() {
+    let found = pac::FLASH.eccr().read();
+    if found.eccd() && found.bk_ecc() && !found.sysf_ecc() {
+        // flags are cleared by a written one; the register holds the first error until then
+        pac::FLASH.eccr().write(|w| {
+            w.set_eccd(true);
+            w.set_eccie(found.eccie());
+        });
+    } else {
+        cortex_m::peripheral::SCB::sys_reset();
+    }
+}
+
 /// Reads the reset flags and clears them for the next start.
 pub(super) fn take_reset_cause() -> ResetCause {
     let flags = pac::RCC.csr().read();

@@ -26,8 +26,8 @@ const STALE_AFTER_PERIODS: u64 = 3;
 /// follows, to the length that an order can have.
 pub const NOTICE: Order = Order { blocks: NOTICE_BLOCKS, past: 100, asked: false };
 
-/// Half a minute.
-const NOTICE_BLOCKS: u16 = 3000;
+/// A minute.
+const NOTICE_BLOCKS: u16 = 6000;
 
 /// What the publisher is told, at the publishing rate.
 #[derive(Clone, Copy, Debug)]

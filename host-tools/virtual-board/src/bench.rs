@@ -78,6 +78,14 @@ impl Pins<'_> {
         self.hardware.lose_conversion();
     }
 
+    /// `FLASH_ECCR` of the STM32G474 says that a double word of its second bank was read that the ECC cannot mend. Nothing
+    /// on the STM32F405, whose flash has no ECC.
+    ///
+    /// The NMI that comes with it on silicon does not come: the emulated core has no line for it.
+    pub fn find_flash_error(&mut self) {
+        self.hardware.find_flash_error();
+    }
+
     /// Hangs the core for good at the first instruction of a function, next time it gets there.
     ///
     /// On the STM32G474 the instruction is replaced by a branch to itself, so interrupts go on being

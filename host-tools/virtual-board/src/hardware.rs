@@ -16,6 +16,8 @@ pub(crate) trait Hardware: Board + 'static {
     fn move_encoder(&mut self, now: Nanos, counts: i64, by: Nanos);
     /// Delays the service of the converter's next word until the following one has overrun it.
     fn lose_conversion(&mut self);
+    /// Has the flash's ECC, if there is one, note an error that it cannot mend.
+    fn find_flash_error(&mut self);
     /// The bus outside the CAN controller.
     fn wire(&mut self) -> &mut Wire;
     /// Has the CAN controller look at the bus, after the bench queued a frame.

@@ -171,10 +171,10 @@ fn vectors(image: &Image, chip: Chip) -> Vec<u32> {
     words.into_iter().flatten().take(LONGEST_TABLE).skip(2).filter(|word| chip.flash().contains(word)).collect()
 }
 
-/// RAM above the static variables, which is the main stack's: first and one past the last address.
+/// RAM of the main stack: first and one past the last address.
 fn stack_region(symbols: &Symbols) -> (u64, u64) {
     let address = |name| symbols.find(name).map_or(0, |symbol| u64::from(symbol.address));
-    (address("__euninit").next_multiple_of(4), address("_stack_start"))
+    (address("_stack_end"), address("_stack_start"))
 }
 
 fn named(cause: EmulatorCause) -> ResetCause {

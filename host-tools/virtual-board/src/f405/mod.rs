@@ -216,6 +216,8 @@ impl Hardware for F405 {
         self.part.converter_dma.late = true;
     }
 
+    fn find_flash_error(&mut self) {}
+
     fn wire(&mut self) -> &mut Wire {
         &mut self.part.can.wire
     }

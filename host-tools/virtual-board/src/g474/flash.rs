@@ -2,6 +2,7 @@
 //!
 //! Source: RM0440 chapter 5, with the array as two banks of 2 KiB pages. Times are the datasheet's
 //! typical ones; the core is not stalled meanwhile, so code must wait for `BSY` as it should anyway.
+//! ECC: its register only, with an error when the bench says so; what is read then is what stands there.
 //! Not here: option bytes, write and read protection, mass erase, fast programming.
 
 use rigless::device::{Device, DeviceContext, Level, RegisterFile};
@@ -13,6 +14,7 @@ use super::word::Word;
 const KEYR: Word = Word(0x08);
 const SR: Word = Word(0x10);
 const CR: Word = Word(0x14);
+const ECCR: Word = Word(0x18);
 const OPTR: Word = Word(0x20);
 
 const KEY1: u64 = 0x4567_0123;
@@ -34,6 +36,12 @@ const EOPIE: u64 = 1 << 24;
 const ERRIE: u64 = 1 << 25;
 const LOCK: u64 = 1 << 31;
 
+/// An error that was not mended, and its being in the second bank.
+const ECCD: u64 = 1 << 31;
+const BK_ECC: u64 = 1 << 21;
+/// Flags that a written one clears.
+const ECC_FLAGS: u64 = 0b1111 << 28;
+
 const BASE: u64 = 0x0800_0000;
 const BANK_BYTES: u64 = 256 << 10;
 const PAGE_BYTES: u64 = 2 << 10;
@@ -54,6 +62,8 @@ pub(crate) struct Flash {
     checked: Option<Checked>,
     busy: Option<EventId>,
     line: Level,
+    /// What the ECC found and nobody has cleared.
+    ecc: u64,
 }
 
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
@@ -76,6 +86,11 @@ struct Checked {
 const LOOK: [u64; 2] = [1, 2];
 
 impl Flash {
+    /// A double word of the second bank was read that the ECC cannot mend.
+    pub(crate) fn find_error(&mut self) {
+        self.ecc = ECCD | BK_ECC;
+    }
+
     fn fail(&mut self, error: u64) {
         self.status |= error | OPERR;
         self.first = None;
@@ -111,7 +126,11 @@ impl Device for Flash {
 
     fn read(&mut self, register: Word, registers: &mut RegisterFile, _: &mut DeviceContext<'_>) -> Option<u64> {
         let lock = if self.unlocking == Unlocking::Open { 0 } else { LOCK };
-        (register == CR).then(|| registers.get(CR) & !LOCK | lock)
+        match register {
+            CR => Some(registers.get(CR) & !LOCK | lock),
+            ECCR => Some(self.ecc),
+            _ => None,
+        }
     }
 
     fn write(&mut self, register: Word, value: u64, registers: &mut RegisterFile, context: &mut DeviceContext<'_>) {
@@ -124,6 +143,7 @@ impl Device for Flash {
                     _ => Unlocking::Refused,
                 };
             }
+            ECCR if self.ecc & value & ECC_FLAGS != 0 => self.ecc = 0,
             // Every flag but BSY is cleared by a written one.
             SR => self.status &= !value | BSY,
             CR if self.unlocking != Unlocking::Open => registers.set(CR, 0),

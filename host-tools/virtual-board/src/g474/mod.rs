@@ -329,6 +329,10 @@ impl Hardware for G474 {
         self.part.multiplexer.late = true;
     }
 
+    fn find_flash_error(&mut self) {
+        self.part.flash.find_error();
+    }
+
     fn wire(&mut self) -> &mut Wire {
         &mut self.part.can.wire
     }
