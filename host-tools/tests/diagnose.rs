@@ -114,29 +114,6 @@ fn the_same_input_gives_the_same_bytes_from_one_thread_or_two() {
     }
 }
 
-/// EMPS (Janot, Gautier, Brunot 2019): what the authors found by hand is found first, and the other file bears it out.
-#[test]
-fn a_real_axis_is_asymmetric() {
-    let data = std::env::var_os("GUIDEBLOCK_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from);
-    let [train, pulses] = ["emps_train.csv", "emps_pulses.csv"].map(|n| data.join(n).display().to_string());
-    if !Path::new(&train).exists() {
-        eprintln!("skipped: no {train}; set GUIDEBLOCK_DATA to the folder of the recordings");
-        return;
-    }
-    let simulation = folder("emps").join("sim.toml");
-    let law = "schema = \"guideblock.simulation/1\"\n[guide]\nlaw = \"coulomb-viscous\"\n[axis]\n\
-               position_reference = \"relative\"\n";
-    fs::write(&simulation, law).unwrap();
-    let (status, found, _) = diagnose(&[&train], &simulation, &["--holdout", &pulses]);
-    assert_eq!(status, Some(1));
-    assert_eq!(found["mechanisms"][0]["id"], "direction-asymmetry", "{found:#}");
-    assert_eq!(found["mechanisms"][0]["carried_over"], true, "{found:#}");
-    let error = |stage: &str| found["holdout"][stage].as_f64().unwrap();
-    assert!((error("rmse_before_n") - 2.83).abs() < 0.01, "{found:#}");
-    assert!(error("rmse_after_n") < 1.58, "{found:#}");
-}
-
 /// A simulation file that is none is unusable data, as it is to every other command that reads one.
 #[test]
 fn a_bad_simulation_file_has_the_status_of_bad_data() {

@@ -1,114 +1,113 @@
 #!/usr/bin/env python3
-"""Scores `guideblock diagnose` on a folder of concealed cases.
+"""Scores `guideblock diagnose`, and its rivals beside it, on a folder of concealed cases.
 
-    score_dev.py GUIDEBLOCK CASES [--only PREFIX] [--jobs N] [--out RESULTS.json]
+    score_dev.py GUIDEBLOCK CASES [--only PREFIX,...] [--every N] [--jobs N] [--out RESULTS.json] [--page PAGE.md]
+                 [--rivals all | METHOD,... | none] [--gplearn-every N]
 
-A case is right when the named set is the true set: every effect named (its id leads, or stands among the equivalents
-where the case is undecidable), nothing else named. Effects that no analyser could see (ideal_z below 4) may be silent.
+Prints every failure, grades by kind of case, the confusion matrix (concealed set against named set), what became of effects by
+strength and by detectability, and with `--rivals` one table of all analysers. `--page` writes the same as Markdown. A case
+is right when the named set is the true set; the rules are in `scoring/judge.py`, the ruler of the gain in `scoring/analysers.py`.
+Rivals run under the Python that runs this (`rivals/requirements.txt`).
 """
 
 import argparse
-import collections
 import concurrent.futures
+import datetime
 import json
+import os
 import pathlib
-import subprocess
-import time
+import platform
+import tempfile
+
+from scoring import analysers, page, tables
+from scoring.judge import judge, said
+
+RIVALS = ("threshold", "lasso-bic", "pysindy-generic", "pysindy-generic-cv", "pysindy-domain", "pysindy-domain-cv", "gplearn")
+PATIENCE_S = {analysers.DIAGNOSE: 60.0}
 
 
-def diagnose(binary, case):
-    truth = json.loads((case / "truth.json").read_text())
-    files = [str(case / name) for name in truth["files"]]
-    command = [binary, "diagnose", *files, "--simulation", str(case / "simulation.toml"), "--json", "-"]
-    if truth.get("holdout"):
-        held = truth["holdout"]
-        held = held if isinstance(held, str) else held.get("file", "holdout.csv") if isinstance(held, dict) else held[0]
-        command += ["--holdout", str(case / held)]
-    started = time.monotonic()
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=60)
-    except subprocess.TimeoutExpired:
-        return truth, None, None, "took over 60 s", 60.0
-    seconds = time.monotonic() - started
-    try:
-        answer = json.loads(done.stdout)
-    except ValueError:
-        answer = None
-    return truth, answer, done.returncode, done.stderr.strip(), seconds
+def score(binary, method, folders, jobs, temporary, tell):
+    """Judged cases by name."""
+    def one(case):
+        truth = json.loads((case / "truth.json").read_text())
+        answer, seconds, gain, words = analysers.run(binary, method, case, truth, temporary, PATIENCE_S.get(method, 300.0))
+        return {"truth": truth, "answer": answer, "seconds": round(seconds, 2), "gain": gain,
+                "grade": judge(truth, answer), "words": said(answer) if answer else f"no answer: {words}"}
+    judged = {}
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        for case, c in zip(folders, pool.map(one, folders)):
+            judged[case.name] = c
+            tell(case.name, c)
+    return judged
 
 
-def judge(truth, answer):
-    """(grade, words): right, silent, wrong, partial."""
-    if truth.get("damage"):
-        return ("right" if answer is None or answer["verdict"] in ("insufficient-data", "match") else "wrong"), ""
-    if answer is None:
-        return "crash", ""
-    named = answer["mechanisms"]
-    # effects are hard to see below this score
-    effects = truth["effects"]
-    visible = [e for e in effects if (e.get("ideal_z") or 99) >= 6 and e.get("reached", True)]
-    words = " + ".join(m["id"] + ("{" + ",".join(m["equivalents"]) + "}" if m["equivalents"] else "") for m in named)
-    words = f"{answer['verdict']}: {words}"
-    if not effects:
-        return ("right" if not named else "alarm"), words
-    unknown_case = truth["kind"] == "unknown"
-    left = list(named)
-    missed = []
-    for effect in effects:
-        ids = {effect["id"], *effect.get("equivalents", []), *effect.get("also_allowed", [])}
-        if unknown_case or effect["id"] == "unknown":
-            ids = {"unknown"}
-        hit = next((m for m in left if m["id"] in ids or set(m["equivalents"]) & {effect["id"]}), None)
-        if hit:
-            left.remove(hit)
-        elif effect in visible:
-            missed.append(effect["id"])
-    # unlike the true name, `unknown` beside it is no false name
-    false = [m["id"] for m in left if m["id"] != "unknown"]
-    if not missed and not left:
-        return "right", words
-    if false:
-        return ("extra" if not missed else "wrong"), words
-    if not named:
-        return "silent", words
-    return "partial" if missed else "extra-unknown", words
+def library(method):
+    """Ids that a rival could name; None for all."""
+    from rivals.terms import DOMAIN, GENERIC
+    if method == "threshold":
+        return set()
+    return set(GENERIC.values()) if "generic" in method else set(DOMAIN)
 
 
 def main():
-    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    arguments.add_argument("binary")
-    arguments.add_argument("cases", type=pathlib.Path)
-    arguments.add_argument("--only", default="")
-    arguments.add_argument("--jobs", type=int, default=1)
-    arguments.add_argument("--out", type=pathlib.Path)
-    a = arguments.parse_args()
-    cases = sorted(c for c in a.cases.iterdir() if (c / "truth.json").exists() and c.name.startswith(tuple(a.only.split(","))))
-    grades = collections.defaultdict(collections.Counter)
-    seconds, results = [], {}
-    with concurrent.futures.ThreadPoolExecutor(a.jobs) as pool:
-        for case, (truth, answer, status, stderr, took) in zip(cases, pool.map(lambda c: diagnose(a.binary, c), cases)):
-            grade, words = judge(truth, answer)
-            kind = truth["kind"]
-            grades[kind][grade] += 1
-            grades["ALL"][grade] += 1
-            seconds.append(took)
-            results[case.name] = {"grade": grade, "words": words, "seconds": round(took, 2), "answer": answer}
-            if grade != "right":
-                effects = ", ".join(
-                    f"{e['id']} {e.get('strength_alone_pct') or 0:.2g}% z{e.get('ideal_z') or 0:.0f} abs{e.get('absorbed_share_by_gains') or 0:.2f}"
-                    + (f" eq{e['equivalents']}" if e.get("equivalents") else "")
-                    for e in truth["effects"]
-                )
-                tail = stderr.splitlines()[-1] if answer is None and stderr else ""
-                print(f"{grade:8} {case.name}  [{effects}; {truth['noise'].get('law')}]  ->  {words} {tail}")
-    for kind, counts in grades.items():
-        total = sum(counts.values())
-        print(f"{kind:14} {total:4}  " + "  ".join(f"{g} {n} ({100 * n / total:.0f} %)" for g, n in counts.most_common()))
-    seconds.sort()
-    if seconds:
-        print(f"seconds: median {seconds[len(seconds) // 2]:.2f}, worst {seconds[-1]:.2f}")
+    """One run."""
+    a = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    a.add_argument("binary")
+    a.add_argument("cases", type=pathlib.Path)
+    a.add_argument("--only", default="", help="names of cases start with one of these")
+    a.add_argument("--every", type=int, default=1, help="only every Nth case, from the first")
+    a.add_argument("--jobs", type=int, default=1)
+    a.add_argument("--out", type=pathlib.Path, help="all answers and grades as JSON")
+    a.add_argument("--page", type=pathlib.Path, help="the tables as Markdown")
+    a.add_argument("--rivals", default="none", help=f"all, none, or of {', '.join(RIVALS)}")
+    a.add_argument("--gplearn-every", type=int, default=1, help="gplearn is slow: only every Nth of the cases")
+    a = a.parse_args()
+    all_cases = sorted(c for c in a.cases.iterdir() if (c / "truth.json").exists())
+    folders = [c for c in all_cases if c.name.startswith(tuple(a.only.split(",")))][::a.every]
+    rivals = [] if a.rivals == "none" else list(RIVALS) if a.rivals == "all" else a.rivals.split(",")
+
+    def failure(name, c):
+        if c["grade"] != "right":
+            effects = ", ".join(f"{e['id']} {e.get('strength_alone_pct') or 0:.2g}% z{e.get('ideal_z') or 0:.0f}" for e in c["truth"]["effects"])
+            print(f"{c['grade']:8} {name}  [{effects}; {c['truth']['noise'].get('law')}]  ->  {c['words']}", flush=True)
+
+    with tempfile.TemporaryDirectory() as temporary:
+        temporary = pathlib.Path(temporary)
+        judged = {analysers.DIAGNOSE: score(a.binary, analysers.DIAGNOSE, folders, a.jobs, temporary, failure)}
+        for method in rivals:
+            of = folders[::a.gplearn_every] if method == "gplearn" else folders
+            judged[method] = score(a.binary, method, of, a.jobs, temporary, lambda *_: None)
+            print(f"{method}: {len(of)} cases", flush=True)
+    cases = judged[analysers.DIAGNOSE]
+    seconds = sorted(c["seconds"] for c in cases.values())
+    parts = [
+        ("By kind of case", tables.by_kind(cases)),
+        ("One effect, by its size", tables.by_strength(cases)),
+        ("How much an effect has to stand out", tables.by_detectability(cases)),
+        ("Confusion matrix", tables.confusion(cases)),
+    ]
+    if rivals:
+        rows = [[name, *tables.summary(of, None if name == analysers.DIAGNOSE else library(name))] for name, of in judged.items()]
+        parts.append(("Rivals on the same recordings", (tables.SUMMARY, rows)))
+        if "gplearn" in judged and a.gplearn_every > 1:
+            same = {n: c for n, c in cases.items() if n in judged["gplearn"]}
+            rows.append([f"{analysers.DIAGNOSE}, on gplearn's", *tables.summary(same)])
+    for title, (head, rows) in parts:
+        print(f"\n{title}\n{page.text(head, rows)}")
+    time_line = f"Seconds a case: median {seconds[len(seconds) // 2]:.2f}, worst {seconds[-1]:.2f}." if seconds else ""
+    print(f"\n{time_line}")
     if a.out:
-        a.out.write_text(json.dumps(results, indent=1))
+        keep = lambda c: {k: c[k] for k in ("grade", "words", "seconds", "gain", "answer")}  # noqa: E731
+        results = {method: {n: keep(c) for n, c in of.items()} for method, of in judged.items()}
+        a.out.write_text(json.dumps(results if rivals else results[analysers.DIAGNOSE], indent=1))
+    if a.page:
+        seeds = sorted({c["truth"]["seed"] for c in cases.values()})
+        introduction = (pathlib.Path(__file__).parent / "scoring" / "introduction.md").read_text()
+        how = (f"{len(cases)} cases, seeds {seeds[0]} to {seeds[-1]}; {datetime.date.today()}, {os.cpu_count()} cores {platform.machine()}, "
+               f"{a.jobs} at a time. {time_line}") if cases else ""
+        body = [introduction.strip(), how, *(f"## {title}\n\n{page.markdown(*table)}" for title, table in parts),
+                f"## Every failure\n\n{page.markdown(*tables.failures(cases))}"]
+        a.page.write_text("\n\n".join(body) + "\n")
 
 
 if __name__ == "__main__":

@@ -49,19 +49,25 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     let SimulationFile { simulation, mappings } = SimulationFile::open(&arguments.simulation)?;
-    let (runs, losses) = read(&arguments.files, &arguments.recording, &mappings)?;
-    let (holdout, _) = read(&arguments.holdout, &arguments.recording, &mappings)?;
-    let mut outcome = diagnose(&runs, &holdout, &simulation, &Options { seed: arguments.seed });
+    let options = Options { seed: arguments.seed };
+    let open = |files: &[PathBuf]| read(files, &arguments.recording, &mappings);
+    let (runs, losses, holdout) = match open(&arguments.files).and_then(|r| Ok((r, open(&arguments.holdout)?))) {
+        Ok(((runs, losses), (holdout, _))) => (runs, losses, holdout),
+        Err(Failure::Data(why)) => {
+            // whoever reads the report learns the reason there too
+            let mut nothing = diagnose(&[], &[], &simulation, &options).diagnosis;
+            nothing.data_quality.warnings = vec![why.clone()];
+            write_json(arguments.json.as_deref(), &nothing)?;
+            return Err(Failure::Data(why));
+        }
+        Err(other) => return Err(other),
+    };
+    let mut outcome = diagnose(&runs, &holdout, &simulation, &options);
     for losses in losses {
         count(&mut outcome.diagnosis, losses);
     }
     let diagnosis = &outcome.diagnosis;
-    let json = serde_json::to_string_pretty(diagnosis).map_err(Failure::data)?;
-    match &arguments.json {
-        Some(path) if path == Path::new("-") => writeln!(output(), "{json}")?,
-        Some(path) => fs::write(path, json + "\n").map_err(|error| Failure::file(path, error))?,
-        None => {}
-    }
+    write_json(arguments.json.as_deref(), diagnosis)?;
     if let Some(path) = &arguments.html {
         let found = outcome.augmented.as_ref().map(|augmented| diagnosed::views(&runs, &simulation, augmented));
         let views = found.transpose().map_err(Failure::data)?.unwrap_or_default();
@@ -78,6 +84,15 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         Verdict::Match | Verdict::InsufficientData => Ok(()),
         Verdict::Explained | Verdict::Unexplained | Verdict::Ambiguous => Err(Failure::Check),
     }
+}
+
+fn write_json(path: Option<&Path>, diagnosis: &Diagnosis) -> Result<(), Failure> {
+    let Some(path) = path else { return Ok(()) };
+    let json = serde_json::to_string_pretty(diagnosis).map_err(Failure::data)? + "\n";
+    if path == Path::new("-") {
+        return Ok(output().write_all(json.as_bytes())?);
+    }
+    fs::write(path, json).map_err(|error| Failure::file(path, error))
 }
 
 fn read(

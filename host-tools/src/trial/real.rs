@@ -51,10 +51,10 @@ const EMPS: &str = "schema = \"guideblock.simulation/1\"\n\n[guide]\nlaw = \"cou
                     offset_n = -3.165\n\n[axis]\nmoved_mass_kg = 95.109\nzero_speed_m_s = 1e-3\nposition_reference = \"relative\"\n\n\
                     [tolerance]\nfriction = 0.03\nmass = 0.02\nrelevance = 0.001\n";
 
-/// Columns of the lead screws: 1 mm of travel a radian stands for the unknown lead, 1 N for 1 mN m. Runs that turned back
-/// are called n10 to n200, which is no number of a segment; they are left out.
-const SCREW: [&str; 4] =
-    ["time_s=t_s", "velocity_m_s=velocity_rad_s:1e-3", "drag_force_n=torque_Nm:1e3", "segment=run"];
+/// Columns of the lead screws: 1 mm of travel a radian stands for the unknown lead, 1 N for 1 mN m. A run is called by
+/// the speed it was set to, in rpm; the measured speed comes in steps of 1 rpm, whose differences are no acceleration.
+/// Runs that turned back are called n10 to n200, which is no number; they are left out.
+const SCREW: [&str; 4] = ["time_s=t_s", "velocity_m_s=run:1.0472e-4", "drag_force_n=torque_Nm:1e3", "segment=run"];
 
 /// The recordings.
 pub const CASES: [Case; 4] = [

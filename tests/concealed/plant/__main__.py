@@ -4,7 +4,7 @@ import json
 import sys
 from pathlib import Path
 from . import cases, noise
-from .composition import development_set, mixed_set
+from .composition import development_set, grid_set, mixed_set
 
 
 def main(argv=None):
@@ -25,7 +25,8 @@ def main(argv=None):
     s = sub.add_parser("set", help="a mixed set")
     s.add_argument("--seed", type=int, required=True)
     s.add_argument("--count", type=int, default=120)
-    s.add_argument("--composition", choices=("mixed", "development"), default="mixed", help="development: every id at 3 and 1 %%, fixed list")
+    s.add_argument("--composition", choices=("mixed", "development", "grid"), default="mixed",
+                   help="development: every id at 3 and 1 %%, fixed list; grid: every id at 3 sizes, 2 noises, and 300 with nothing missing")
     s.add_argument("--short", action="store_true")
     s.add_argument("--out", type=Path, required=True)
     t = sub.add_parser("trial", help="the set of a concealed trial: records and answers apart")
@@ -43,7 +44,8 @@ def main(argv=None):
         print(a.out, ",".join(f"{e['id']}:{e['strength_alone_pct']:.3f}%" for e in t["effects"]) or "nothing", t["expected_verdict"])
         return 0
     if a.command == "set":
-        todo = development_set(a.seed, a.short) if a.composition == "development" else mixed_set(a.seed, a.count, a.short)
+        fixed = {"development": development_set, "grid": grid_set}.get(a.composition)
+        todo = fixed(a.seed, a.short) if fixed else mixed_set(a.seed, a.count, a.short)
         for folder, args in todo:
             t = cases.build(out=a.out / folder, **args)
             print(folder, ",".join(f"{e['id']}:{e['strength_alone_pct']:.3f}%" for e in t["effects"]) or "nothing", t["expected_verdict"], flush=True)

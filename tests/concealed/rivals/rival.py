@@ -7,6 +7,7 @@ everybody. Exit status: 0 nothing found, 1 something found, 3 unusable.
 import argparse
 import json
 import sys
+import time
 import tomllib
 from pathlib import Path
 
@@ -63,12 +64,21 @@ def main():
     a.add_argument("--json")
     a = a.parse_args()
     holdout = None
+    if a.method.startswith("pysindy"):
+        import pysindy  # noqa: F401
+    elif a.method == "lasso-bic":
+        import sklearn.linear_model  # noqa: F401
+    elif a.method == "gplearn":
+        import gplearn.genetic  # noqa: F401
+    started = time.monotonic()
     try:
         found, holdout = diagnose(a.method, a.recordings, a.simulation, a.holdout)
         verdict = "match" if not found else ("unexplained" if found == ["unknown"] else "explained")
     except ValueError as why:
         print(why, file=sys.stderr)
         found, verdict = [], "insufficient-data"
+    # loading the libraries is not counted
+    print(f"seconds {time.monotonic() - started:.3f}", file=sys.stderr)
     entries = [{"id": n, "kind": "unknown" if n == "unknown" else "physics", "confidence": 0.9, "equivalents": []} for n in found]
     text = json.dumps({"schema": "guideblock.diagnosis/1", "verdict": verdict, "mechanisms": entries, "holdout": holdout}, sort_keys=True)
     if a.json:

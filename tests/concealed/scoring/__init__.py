@@ -1,0 +1,1 @@
+"""Scores what was said of concealed cases against what was concealed."""
