@@ -11,9 +11,15 @@ use simulation::run::{Part, Run};
 /// Rows of all runs together from which they are averaged.
 const MOST_ROWS: usize = 120_000;
 
+/// Longest time that is averaged here, s: a law is no longer that of the averages where the speed changes within it.
+/// What is still too much then is averaged behind the law and the causes, by [`crate::rows`].
+const LONGEST_S: f64 = 0.04;
+
 /// Rows that become one.
 pub(crate) fn factor(runs: &[Run]) -> usize {
-    runs.iter().map(Run::len).sum::<usize>().div_ceil(MOST_ROWS).max(1)
+    let step_s = runs.iter().map(Run::step_s).filter(|step| *step > 0.0).fold(0.0, f64::max);
+    let longest = if step_s > 0.0 { (LONGEST_S / step_s).max(1.0) as usize } else { 1 };
+    runs.iter().map(Run::len).sum::<usize>().div_ceil(MOST_ROWS).clamp(1, longest)
 }
 
 /// The run with every `factor` rows averaged to one.
