@@ -90,7 +90,11 @@ fn augmented() -> Params {
         pull: pull::Pull { force_n: 0.1, per_m_n_m: 0.2, inertia_kg: 10.0 },
         sensor: sensor::Sensor { offset_n: 0.1, gain_error: 0.01, lag_s: 0.01 },
         start_m: 0.1,
-        waves: [wave, Wave { wavelength_m: 0.6, ..wave }, Wave { acts: Acts::Force, wavelength_m: 0.005, ..wave }],
+        waves: [
+            wave,
+            Wave { acts: Acts::Interference, wavelength_m: 0.6, ..wave },
+            Wave { acts: Acts::Force, wavelength_m: 0.005, ..wave },
+        ],
         rail,
     };
     Params { publish_every_blocks: 1, left_out, ..BENCH }

@@ -85,11 +85,11 @@ pub(crate) struct Axis {
 }
 
 impl Axis {
-    pub(crate) fn new(world: World, told: Arc<Told>) -> Self {
+    pub(crate) fn new(world: World, told: Arc<Told>, seed: u64) -> Self {
         Axis {
             world,
-            front: FrontEnd::new(BENCH.calibration, ChannelNoise::BENCH, 5),
-            noise: Noise::new(6),
+            front: FrontEnd::new(BENCH.calibration, ChannelNoise::BENCH, seed),
+            noise: Noise::new(seed + 1),
             wandering: [0.0; 2],
             told,
             began: 0,

@@ -5,10 +5,10 @@ use std::time::Duration;
 
 use can_wire::burst::{Order, Record};
 use can_wire::parameters;
+use can_wire::service::{Field, client};
 use can_wire::{Message, MisfitMessage, NodeId, decode};
 use diagnosis::{Options, diagnose};
-use host_tools::block::Client;
-use host_tools::block::Listening;
+use host_tools::block::{Listening, object};
 use host_tools::bus::emulated::Emulated;
 use host_tools::bus::{Bus, Event};
 use host_tools::image::{self, Circumstances};
@@ -90,10 +90,13 @@ impl<'a> Desk<'a> {
         self.recorder.rows()
     }
 
-    /// Orders a burst.
-    pub(crate) fn order_burst(&mut self, blocks: u16) {
-        let order = Order { blocks, past: 0, asked: true };
-        Client::new(self.bus, NodeId::FIRST).write(can_wire::service::Field::BurstOrder, order.value()).expect("taken");
+    /// Orders a burst, and leaves the answer to whoever listens: a client that waits for it would take frames of a burst
+    /// that the block has begun of itself, because the misfit ended and began anew. Such a block refuses the order, and
+    /// its own burst, which is as long, does as well.
+    pub(crate) fn order_burst(&mut self) {
+        let order = Order { blocks: 6000, past: 0, asked: true };
+        let request = client::write(NodeId::FIRST, object(Field::BurstOrder), order.value());
+        self.bus.send(&request).expect("a bus");
     }
 
     /// RMS of the errors since it was last asked for.
