@@ -95,7 +95,8 @@ fn attempt(
         }
     }
     let smooth = smoothed(runs, &motions);
-    let mut side = Side::new(simulation, &nominal, &nominal.start(), (runs, &motions, &smooth), quality)?;
+    let parts = (runs, motions.as_slice(), smooth.as_slice());
+    let mut side = Side::new(simulation, &nominal, &nominal.start(), parts, together > 1, quality)?;
     side.channel_ends_n = channel_ends_n;
     quality.count_averages(together);
     if quality.used < sanity::FEWEST_ROWS {

@@ -16,7 +16,13 @@ pub(crate) const FEWEST_ROWS: usize = 200;
 ///
 /// The law has no value at rest, and within the window of differentiation around a start, a stop or a reversal the
 /// sign of the velocity is not known.
-pub(crate) fn compared(run: &Run, motion: &Motion, steady: &Steady, quality: &mut DataQuality) -> Vec<bool> {
+pub(crate) fn compared(
+    run: &Run,
+    motion: &Motion,
+    steady: &Steady,
+    is_averaged: bool,
+    quality: &mut DataQuality,
+) -> Vec<bool> {
     let rows = run.len();
     let mut keep = vec![true; rows];
     let mut reject = |name, which: &mut dyn FnMut(usize) -> bool| {
@@ -46,6 +52,9 @@ pub(crate) fn compared(run: &Run, motion: &Motion, steady: &Steady, quality: &mu
     reject("around-start-stop-reversal", &mut |n| near[n]);
     let blur = blur_m_s(run, motion);
     reject("speed-not-resolved", &mut |n| blur[n] > RESOLVED * motion.velocity_m_s[n].abs());
+    let step_s = run.step_s();
+    let changes = |n: usize| motion.acceleration_m_s2[n].abs() * step_s > STEADY * motion.velocity_m_s[n].abs();
+    reject("speed-changes-within-average", &mut |n| is_averaged && changes(n));
     reject("law-without-value", &mut |n| !steady.force_n[n].is_finite());
     quality.samples += rows;
     quality.gaps += run.parts.iter().filter(|part| matches!(part.starts, Break::Gap | Break::ClockJump)).count();
@@ -55,6 +64,10 @@ pub(crate) fn compared(run: &Run, motion: &Motion, steady: &Steady, quality: &mu
 
 /// Relative error of the speed that is accepted: friction at low speed changes with its logarithm.
 const RESOLVED: f64 = 0.03;
+
+/// Relative change of the speed within an average that is accepted: the law of the mean speed is the mean of the law to
+/// a 24th of its square.
+const STEADY: f64 = 0.05;
 
 /// Error of a derived velocity where the acceleration changes within the window, m/s: the slope of a parabola through
 /// `2m + 1` rows of a cubic errs by `j Δt² (3m² + 3m - 1)/30`.

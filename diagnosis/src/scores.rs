@@ -61,7 +61,7 @@ pub(crate) fn score(
     let smooth = smoothed(holdout, &motions);
     let parts = (holdout, motions.as_slice(), smooth.as_slice());
     let at = if nominal.is_incomplete() { law_only.to_vec() } else { nominal.start() };
-    let other = Side::new(simulation, nominal, &at, parts, &mut DataQuality::default())?;
+    let other = Side::new(simulation, nominal, &at, parts, side.is_averaged, &mut DataQuality::default())?;
     let scored = Rows::new(holdout, &other.compared, coarsest);
     let stages = scene.stages(&other, true)?;
     let score = proof::score(&stages, &scored, other.step_s() * coarsest as f64, options.seed);

@@ -24,6 +24,8 @@ pub(crate) struct Side<'a> {
     pub(crate) drag_n: Vec<f64>,
     /// Sizes at which the force channel of a run ends, N, as far as it shows them.
     pub(crate) channel_ends_n: Vec<f64>,
+    /// Whether every row is an average of several.
+    pub(crate) is_averaged: bool,
 }
 
 impl<'a> Side<'a> {
@@ -33,6 +35,7 @@ impl<'a> Side<'a> {
         nominal: &Nominal,
         values: &[f64],
         (runs, motions, smooth): (&'a [Run], &'a [Motion], &'a [Motion]),
+        is_averaged: bool,
         quality: &mut DataQuality,
     ) -> Result<Self, String> {
         let mut side = Side {
@@ -44,11 +47,12 @@ impl<'a> Side<'a> {
             own_mechanisms_n: Vec::new(),
             drag_n: Vec::new(),
             channel_ends_n: Vec::new(),
+            is_averaged,
         };
         let complete = nominal.completed(values);
         for (run, motion) in runs.iter().zip(smooth) {
             let context = Context::of(&complete, run, motion).map_err(|why| said(run, &why))?;
-            side.compared.extend(sanity::compared(run, motion, &context.steady, quality));
+            side.compared.extend(sanity::compared(run, motion, &context.steady, is_averaged, quality));
             let start = side.own_mechanisms_n.len();
             side.own_mechanisms_n.resize(start + run.len(), 0.0);
             for added in &simulation.mechanisms {
@@ -98,7 +102,7 @@ impl<'a> Side<'a> {
     /// The same where the law's numbers have other values.
     pub(crate) fn again(&self, simulation: &Simulation, nominal: &Nominal, values: &[f64]) -> Result<Self, String> {
         let parts = (self.runs, self.motions, self.smooth);
-        let side = Side::new(simulation, nominal, values, parts, &mut DataQuality::default())?;
+        let side = Side::new(simulation, nominal, values, parts, self.is_averaged, &mut DataQuality::default())?;
         Ok(Side { channel_ends_n: self.channel_ends_n.clone(), ..side })
     }
 
