@@ -8,15 +8,12 @@ use crate::search::{Pool, Tolerances, refine, simplicity};
 /// Rivals this many nats behind are still in the race.
 const TIE: f64 = 3.0;
 
-/// Causes this many nats apart explain as much.
-const EVEN: f64 = 1.5;
-
 /// A rival that explains this share of the evidence differs by less than what two writings of one cause differ by.
 const NEAR: f64 = 0.004;
 
 /// A cause with its rivals.
 pub(crate) struct Set {
-    /// The first one leads: the simplest of those that explain as much as the best, then the others by what they explain.
+    /// Simplest first; the first one leads.
     pub(crate) candidates: Vec<Candidate>,
     /// Probability that the true cause is among them, by the evidence against the others.
     pub(crate) confidence: f64,
@@ -37,7 +34,7 @@ pub(crate) fn of(
     bench.prepare(&mut own, &fit.active);
     let own_gain = bench.gain(&own, &fit);
     let tie = TIE.max(NEAR * own_gain.nats);
-    let mut candidates = vec![(own.clone(), own_gain.score)];
+    let mut candidates = vec![own.clone()];
     let mut against = 0.0;
     if !own.source.is_story() {
         let far = (6.0 * tie).max(0.2 * own_gain.nats);
@@ -57,20 +54,14 @@ pub(crate) fn of(
             let (rival, gain) = refine(bench, &pool.causes[index], &fit);
             let behind = own_gain.score - gain.score;
             if behind < tie {
-                candidates.push((rival, gain.score));
+                candidates.push(rival);
             } else {
                 // two writings of one cause differ by a share of the evidence: it counts for no more than that
                 against += (-behind.min(behind * TIE / tie)).exp();
             }
         }
     }
-    let best = candidates.iter().map(|(_, score)| *score).fold(f64::NEG_INFINITY, f64::max);
-    candidates.sort_by(|(a, of_a), (b, of_b)| {
-        let (ties_a, ties_b) = (best - of_a < EVEN, best - of_b < EVEN);
-        let by_evidence = ties_b.cmp(&ties_a).then(of_b.total_cmp(of_a));
-        if ties_a && ties_b { simplicity(&a.source).cmp(&simplicity(&b.source)) } else { by_evidence }
-    });
-    let candidates = candidates.into_iter().map(|(candidate, _)| candidate).collect();
+    candidates.sort_by_key(|candidate| simplicity(&candidate.source));
     Set { candidates, confidence: (1.0 / (1.0 + against)).clamp(0.5, 0.99) }
 }
 
