@@ -2,11 +2,12 @@
 """Scores `guideblock diagnose`, and its rivals beside it, on a folder of concealed cases.
 
     score_dev.py GUIDEBLOCK CASES [--only PREFIX,...] [--every N] [--jobs N] [--out RESULTS.json] [--page PAGE.md]
-                 [--rivals all | METHOD,... | none] [--gplearn-every N]
+                 [--rivals all | METHOD,... | none] [--gplearn-every N] [--answers FOLDER] [--patience S]
 
 Prints every failure, grades by kind of case, the confusion matrix (concealed set against named set), what became of effects by
 strength and by detectability, and with `--rivals` one table of all analysers. `--page` writes the same as Markdown. A case
 is right when the named set is the true set; the rules are in `scoring/judge.py`, the ruler of the gain in `scoring/analysers.py`.
+With `--answers` every answer is kept as it comes, and taken from there by the next run of the same program on the same cases.
 Rivals run under the Python that runs this (`rivals/requirements.txt`).
 """
 
@@ -23,14 +24,27 @@ from scoring import analysers, page, tables
 from scoring.judge import judge, said
 
 RIVALS = ("threshold", "lasso-bic", "pysindy-generic", "pysindy-generic-cv", "pysindy-domain", "pysindy-domain-cv", "gplearn")
-PATIENCE_S = {analysers.DIAGNOSE: 60.0}
+# what a rival is granted at most, s
+RIVAL_PATIENCE_S = 300.0
 
 
-def score(binary, method, folders, jobs, temporary, tell):
+def asked(binary, method, case, truth, temporary, patience, answers):
+    """What `analysers.run` gives, kept in the folder of answers where there is one."""
+    kept = answers / method / f"{case.name}.json" if answers else None
+    if kept and kept.exists():
+        return json.loads(kept.read_text())
+    got = analysers.run(binary, method, case, truth, temporary, patience)
+    if kept:
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        kept.write_text(json.dumps(got))
+    return got
+
+
+def score(binary, method, folders, jobs, temporary, tell, patience, answers):
     """Judged cases by name."""
     def one(case):
         truth = json.loads((case / "truth.json").read_text())
-        answer, seconds, gain, words = analysers.run(binary, method, case, truth, temporary, PATIENCE_S.get(method, 300.0))
+        answer, seconds, gain, words = asked(binary, method, case, truth, temporary, patience, answers)
         return {"truth": truth, "answer": answer, "seconds": round(seconds, 2), "gain": gain,
                 "grade": judge(truth, answer), "words": said(answer) if answer else f"no answer: {words}"}
     judged = {}
@@ -61,6 +75,8 @@ def main():
     a.add_argument("--page", type=pathlib.Path, help="the tables as Markdown")
     a.add_argument("--rivals", default="none", help=f"all, none, or of {', '.join(RIVALS)}")
     a.add_argument("--gplearn-every", type=int, default=1, help="gplearn is slow: only every Nth of the cases")
+    a.add_argument("--answers", type=pathlib.Path, help="folder that keeps every answer; another program needs another folder")
+    a.add_argument("--patience", type=float, default=60.0, help="seconds that diagnose is granted for a case (default 60)")
     a = a.parse_args()
     all_cases = sorted(c for c in a.cases.iterdir() if (c / "truth.json").exists())
     folders = [c for c in all_cases if c.name.startswith(tuple(a.only.split(",")))][::a.every]
@@ -73,10 +89,10 @@ def main():
 
     with tempfile.TemporaryDirectory() as temporary:
         temporary = pathlib.Path(temporary)
-        judged = {analysers.DIAGNOSE: score(a.binary, analysers.DIAGNOSE, folders, a.jobs, temporary, failure)}
+        judged = {analysers.DIAGNOSE: score(a.binary, analysers.DIAGNOSE, folders, a.jobs, temporary, failure, a.patience, a.answers)}
         for method in rivals:
             of = folders[::a.gplearn_every] if method == "gplearn" else folders
-            judged[method] = score(a.binary, method, of, a.jobs, temporary, lambda *_: None)
+            judged[method] = score(a.binary, method, of, a.jobs, temporary, lambda *_: None, RIVAL_PATIENCE_S, a.answers)
             print(f"{method}: {len(of)} cases", flush=True)
     cases = judged[analysers.DIAGNOSE]
     seconds = sorted(c["seconds"] for c in cases.values())

@@ -3,7 +3,7 @@ import collections
 
 import numpy as np
 
-from .judge import FALSE, is_visible, match
+from .judge import FALSE, ids_of, is_visible, match
 
 GRADES = ("right", "extra-unknown", "partial", "silent", "extra", "wrong", "alarm", "crash")
 KINDS = ("clean", "shift", "single", "sensor", "pair", "undecidable", "unknown", "axis", "damaged")
@@ -122,7 +122,7 @@ def summary(cases, library=None):
         is_named = all(hit for _, hit in pairs)
         named += is_named
         false += any(m["id"] != "unknown" for m in left)
-        if library is None or all(e["id"] in library for e, _ in pairs):
+        if library is None or all(ids_of(e, False) & library for e, _ in pairs):
             own, of_own = own + 1, of_own + is_named
     exact = sum(c["grade"] == "right" for c in visible)
     gains = [c["gain"] for c in visible if c["gain"] is not None and c["truth"]["kind"] in ("single", "pair")]
@@ -130,10 +130,10 @@ def summary(cases, library=None):
     part = lambda n, of: f"{n} of {of}"  # noqa: E731
     return [
         len(cases), part(alarms, len(nothing)), part(exact, len(visible)), part(named, len(visible)), part(of_own, own), part(false, len(visible)),
-        f"{np.median(gains):.3f}" if gains else "-", f"{min(gains):.2f}" if gains else "-", f"{np.median(seconds):.2f}" if seconds else "-",
+        f"{np.median(gains):.3f} ({len(gains)})" if gains else "-", f"{min(gains):.2f}" if gains else "-", f"{np.median(seconds):.2f}" if seconds else "-",
         sum(c["answer"] is None and not c["truth"].get("damage") for c in cases.values()),
     ]
 
 
 SUMMARY = ["analyser", "cases", "alarms where nothing is missing", "exactly the true set", "true names among those named", "the same, of effects in its library",
-           "with a false name", "median gain", "worst gain", "median s", "no answer"]
+           "with a false name", "median gain (files)", "worst gain", "median s", "no answer"]
