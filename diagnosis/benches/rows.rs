@@ -25,7 +25,8 @@ const STEP_S: f64 = 0.005;
 /// A diagnosis of few rows is timed so often, and its best time counts.
 const REPEATS: usize = 3;
 
-const SIMULATION: &str = "schema = \"guideblock.simulation/1\"\n[guide]\nparameters = \"zhou-2023\"\n[operation]\npreload_n = 3000\n";
+const SIMULATION: &str =
+    "schema = \"guideblock.simulation/1\"\n[guide]\nparameters = \"zhou-2023\"\n[operation]\npreload_n = 3000\n";
 
 fn main() {
     let simulation = Simulation::from_toml(SIMULATION).expect("a legal file");

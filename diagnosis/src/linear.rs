@@ -25,6 +25,7 @@ impl Symmetric {
         self.entries[j * self.size + i] = x;
     }
 
+    /// Adds to an entry and its mirror image.
     pub(crate) fn add(&mut self, i: usize, j: usize, x: f64) {
         let sum = self.get(i, j) + x;
         self.set(i, j, sum);

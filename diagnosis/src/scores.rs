@@ -8,6 +8,7 @@ use simulation::run::Run;
 
 use crate::bench::{Source, raw_columns};
 use crate::engine::Options;
+use crate::linear::{Cholesky, Symmetric, dot};
 use crate::nominal::Nominal;
 use crate::passes::Found;
 use crate::proof::{self, Split, Stages};
@@ -114,26 +115,22 @@ impl Scene<'_> {
         Some(force)
     }
 
-    /// What can be said of a member where places are not those that taught: its mean in either direction.
+    /// What can be said of a member where places are not those that taught: its mean along the stroke, in either direction
+    /// and as far as it goes with the law's force.
     fn without_place(&self, contexts: &[Context<'_>], at: usize) -> Option<Vec<f64>> {
         let bench = &self.found.bench;
         let taught = self.force(bench.contexts, at, false)?;
-        let directions = bench.contexts.iter().flat_map(|context| &context.direction);
-        let rows: Vec<(f64, f64)> = taught
-            .into_iter()
-            .zip(directions.copied())
-            .zip(&bench.compared)
-            .filter(|(_, compared)| **compared)
-            .map(|(row, _)| row)
-            .collect();
-        let mean = |sign: f64| {
-            let own: Vec<f64> =
-                rows.iter().filter(|(_, direction)| *direction == sign).map(|(force, _)| *force).collect();
-            own.iter().sum::<f64>() / own.len().max(1) as f64
-        };
-        let (back, forth) = (mean(-1.0), mean(1.0));
-        let of = |direction: &f64| if *direction > 0.0 { forth } else { back };
-        Some(contexts.iter().flat_map(|context| &context.direction).map(of).collect())
+        let mut a = Symmetric::zeros(4);
+        let mut b = vec![0.0; 4];
+        let rows = taught.iter().zip(bench.contexts.iter().flat_map(carriers)).zip(&bench.compared);
+        for ((force, carriers), _) in rows.filter(|(_, compared)| **compared) {
+            for i in 0..4 {
+                b[i] += carriers[i] * force;
+                (0..=i).for_each(|j| a.add(i, j, carriers[i] * carriers[j]));
+            }
+        }
+        let mean = Cholesky::of(&a).solve(&b);
+        Some(contexts.iter().flat_map(carriers).map(|carriers| dot(&carriers, &mean)).collect())
     }
 
     /// Whether the error would be larger without each member, everything else as it was found.
@@ -161,6 +158,15 @@ impl Scene<'_> {
             })
             .collect()
     }
+}
+
+/// What a force without a place may go with, row by row: nothing, the direction, the law's force in both directions alike
+/// and in each its own way.
+fn carriers(context: &Context<'_>) -> impl Iterator<Item = [f64; 4]> {
+    context.direction.iter().zip(&context.steady.force_n).map(|(direction, force)| {
+        let force = if force.is_finite() { *force } else { 0.0 };
+        [1.0, *direction, force, direction * force]
+    })
 }
 
 fn is_phase_bound(source: &Source) -> bool {

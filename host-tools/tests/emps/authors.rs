@@ -64,13 +64,17 @@ fn regressors(recording: &Recording, is_asymmetric: bool) -> Vec<Vec<f64>> {
 
 /// Constants by least squares on the decimated rows of one recording.
 pub(crate) fn fit(recording: &Recording, is_asymmetric: bool) -> Vec<f64> {
-    let mut columns = regressors(recording, is_asymmetric);
-    columns.push(recording.force_n.clone());
-    let columns: Vec<_> = columns.iter().map(|c| decimate(&c[BORDER..], FACTOR)).collect();
+    let short = |column: &[f64]| decimate(&column[BORDER..], FACTOR);
+    let columns: Vec<_> = regressors(recording, is_asymmetric).iter().map(|column| short(column)).collect();
+    least_squares(&columns, &short(&recording.force_n))
+}
+
+/// Sizes of the columns that come nearest to `of`.
+pub(crate) fn least_squares(columns: &[Vec<f64>], of: &[f64]) -> Vec<f64> {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let count = columns.len() - 1;
-    let mut rows: Vec<Vec<f64>> =
-        columns[..count].iter().map(|a| columns.iter().map(|b| dot(a, b)).collect()).collect();
+    let count = columns.len();
+    let row = |a: &Vec<f64>| columns.iter().map(|b| dot(a, b)).chain([dot(a, of)]).collect();
+    let mut rows: Vec<Vec<f64>> = columns.iter().map(row).collect();
     // normal equations, positive definite: no pivot is needed
     for pivot in 0..count {
         for below in pivot + 1..count {
