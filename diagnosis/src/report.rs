@@ -158,12 +158,45 @@ pub struct Unexplained {
 }
 
 /// The cheapest further run.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+///
+/// What it is expected to tell is there where the runs of the menu could be simulated: the smallest separation of any two
+/// explanations, noise per row as in this recording and taken for white. It is the library's own advice elsewhere.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NextExperiment {
     /// Code of the schema.
     pub code: String,
     /// In words.
     pub text: String,
+    /// Rise of the logarithm of the odds between any two explanations that are open, at least.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub expected_nats: Option<f64>,
+    /// Time at the rig, min, assumed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub minutes: Option<f64>,
+    /// Other runs that tell enough, by what they tell for their time.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub alternatives: Vec<Alternative>,
+}
+
+/// Another run that would settle it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Alternative {
+    /// Code of the schema.
+    pub code: String,
+    /// In words.
+    pub text: String,
+    /// As that of the first.
+    pub expected_nats: f64,
+    /// Time at the rig, min.
+    pub minutes: f64,
+}
+
+impl NextExperiment {
+    /// A run of which nothing is known but that it is advised.
+    pub(crate) fn advised(code: &str, text: &str) -> Self {
+        let (code, text) = (code.to_owned(), text.to_owned());
+        NextExperiment { code, text, expected_nats: None, minutes: None, alternatives: Vec::new() }
+    }
 }
 
 /// What was wrong with the recording.
