@@ -64,6 +64,11 @@ impl Parts {
         }
         parts
     }
+
+    /// What the rivals are.
+    pub(super) fn sources(&self) -> impl Iterator<Item = &Source> {
+        self.sources.iter().map(|rival| &rival.source)
+    }
 }
 
 /// The source with one of its shape parameters a step further, for each that is searched.

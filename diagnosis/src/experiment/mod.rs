@@ -8,6 +8,7 @@
 //! ```
 //!
 //! A run is worth the smallest separation of any two explanations, in nats; beyond what decides, more is worth no more.
+//! Where no run tells them all apart, it is worth what it tells of the first against all that any run tells from it.
 //! Those that decide little are not offered. The rest of the simulation's assumptions is that of the search.
 
 mod columns;
@@ -44,6 +45,12 @@ const MOST_RIVALS: usize = 6;
 /// Runs that are offered beside the first.
 const ALTERNATIVES: usize = 3;
 
+/// A run and how far it is expected to part every two explanations, nats: those of the first with the others, and so on.
+struct Tried {
+    entry: &'static Entry,
+    pairs: Vec<f64>,
+}
+
 /// A run and what it is expected to tell.
 struct Offer {
     entry: &'static Entry,
@@ -51,6 +58,12 @@ struct Offer {
 }
 
 impl Offer {
+    /// The least of some pairs; `None` where that decides little.
+    fn of(tried: &Tried, pairs: &[usize]) -> Option<Self> {
+        let nats = pairs.iter().map(|pair| tried.pairs[*pair]).reduce(f64::min)?;
+        (nats >= WORTHLESS).then_some(Offer { entry: tried.entry, nats })
+    }
+
     fn worth(&self) -> f64 {
         self.nats.min(DECIDES) / self.entry.minutes
     }
@@ -79,52 +92,61 @@ pub(crate) fn next(nominal: &Nominal, side: &Side<'_>, found: &Found<'_>, at: us
     let present = gram(&of_recording(found, &others, &parts));
     let complete = nominal.completed(&found.calibrated);
     let scene = Scene::of(&complete, side);
-    let ids: Vec<Option<Id>> = rivals.iter().map(|candidate| named(&candidate.source)).collect();
-    let mut offers: Vec<Offer> = Vec::new();
+    let ids: Vec<Option<Id>> = parts.sources().map(named).collect();
+    let count = parts.rivals.len();
+    let all: Vec<usize> = (0..count * (count - 1) / 2).collect();
+    let (mut tried, mut offers): (Vec<Tried>, Vec<Offer>) = (Vec::new(), Vec::new());
     for entry in MENU.iter().filter(|entry| touches(entry.code, &ids)) {
         // the menu rises in cost: what follows cannot be worth more than this
         if offers.iter().filter(|offer| offer.worth() >= DECIDES / entry.minutes).count() > ALTERNATIVES {
             break;
         }
-        let of_run = of_run(entry, &scene, nominal, &complete, found, &parts);
-        let Some(columns) = of_run else { continue };
+        let Some(columns) = of_run(entry, &scene, nominal, &complete, found, &parts) else { continue };
         let mut both = present.clone();
         both.accumulate(&gram(&columns), 1.0);
-        let least = least(&both, &precisions, &parts.rivals);
-        if least >= WORTHLESS {
-            offers.push(Offer { entry, nats: least });
-        }
+        let run = Tried { entry, pairs: parted(&both, &precisions, &parts.rivals) };
+        offers.extend(Offer::of(&run, &all));
+        tried.push(run);
+    }
+    let mut told: Vec<usize> = (0..count).collect();
+    if offers.is_empty() {
+        // the first against those that any run tells from it
+        let mut with_first: Vec<usize> = (0..count - 1).collect();
+        with_first.retain(|pair| tried.iter().any(|run| run.pairs[*pair] >= WORTHLESS));
+        offers = tried.iter().filter_map(|run| Offer::of(run, &with_first)).collect();
+        told = std::iter::once(0).chain(with_first.iter().map(|pair| pair + 1)).collect();
     }
     offers.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
+    let kept: Vec<&Source> = parts.sources().collect();
     let mut offers = offers.into_iter();
     let first = offers.next()?;
-    let words = |entry: &Entry| said(entry.code, &rivals);
     Some(NextExperiment {
         code: first.entry.code.to_owned(),
-        text: words(first.entry),
+        text: said(first.entry.code, &kept),
         expected_nats: Some(first.nats),
         minutes: Some(first.entry.minutes),
         alternatives: offers
             .take(ALTERNATIVES)
             .map(|offer| Alternative {
                 code: offer.entry.code.to_owned(),
-                text: words(offer.entry),
+                text: said(offer.entry.code, &kept),
                 expected_nats: offer.nats,
                 minutes: offer.entry.minutes,
             })
             .collect(),
+        told: told.iter().map(|at| id_of(kept[*at])).collect(),
     })
 }
 
-/// The smallest separation of any two, either way.
-fn least(gram: &Symmetric, precisions: &[f64], rivals: &[Explanation]) -> f64 {
-    let mut least = f64::INFINITY;
-    for (i, truth) in rivals.iter().enumerate() {
-        for (_, other) in rivals.iter().enumerate().filter(|(j, _)| *j != i) {
-            least = least.min(nats(gram, precisions, truth, other));
+/// Separation of every two, the smaller of either way.
+fn parted(gram: &Symmetric, precisions: &[f64], rivals: &[Explanation]) -> Vec<f64> {
+    let mut pairs = Vec::new();
+    for (i, a) in rivals.iter().enumerate() {
+        for b in &rivals[i + 1..] {
+            pairs.push(nats(gram, precisions, a, b).min(nats(gram, precisions, b, a)));
         }
     }
-    least
+    pairs
 }
 
 fn gram(columns: &[Vec<f32>]) -> Symmetric {
@@ -144,23 +166,31 @@ fn named(source: &Source) -> Option<Id> {
 }
 
 /// What is to be done, and how its outcome reads where no recording says what was changed.
-fn said(code: &str, rivals: &[&Candidate]) -> String {
-    let factor = |candidate: &&Candidate| match named(&candidate.source) {
+fn said(code: &str, rivals: &[&Source]) -> String {
+    let factor = |source: &Source| match named(source) {
         Some(id) => left_of(code, id, menu::KNOWN_MASS_KG),
         None => f64::from(!is_free(code)),
     };
     let which = |of: &dyn Fn(f64) -> bool| -> String {
-        let names: Vec<String> = rivals.iter().filter(|c| of(factor(c))).map(|c| id_of(&c.source)).collect();
+        let names: Vec<String> = rivals.iter().filter(|s| of(factor(s))).map(|s| id_of(s)).collect();
         names.join(" or ")
     };
     let (gone, turned, more, stays) =
         (which(&|x| x == 0.0), which(&|x| x < 0.0), which(&|x| x > 1.0), which(&|x| x == 1.0));
     let mut said = text(code).to_owned();
-    for (what, names) in [("gone", gone), ("of the other sign", turned), ("larger", more)] {
+    if is_free(code) {
+        if !gone.is_empty() && !stays.is_empty() {
+            said.push_str(&format!(
+                " If the sensor then reads what it should: {gone}; if it is as far off as before: {stays}."
+            ));
+        }
+        return said;
+    }
+    for (what, names) in [("is gone", gone), ("changes its sign", turned), ("grows", more)] {
         if !names.is_empty() && !stays.is_empty() {
             said.push_str(&format!(
-                " Hold the new recording alone against the simulation: {names} if the difference is {what}, {stays} if it \
-                 is as before."
+                " Hold the new recording alone against the simulation: if the difference {what}: {names}; if it is as before: \
+                 {stays}."
             ));
         }
     }
