@@ -12,7 +12,7 @@ const TIE: f64 = 3.0;
 const EVEN: f64 = 1.5;
 
 /// A rival that explains this share of the evidence differs by less than what two writings of one cause differ by.
-const NEAR: f64 = 0.004;
+pub(crate) const NEAR: f64 = 0.004;
 
 /// A cause with its rivals.
 pub(crate) struct Set {

@@ -10,7 +10,7 @@ use diagnosis::report::Diagnosis;
 use diagnosis::{Options, diagnose};
 use simulation::Simulation;
 use simulation::mechanism::{Added, Id};
-use simulation::profile::{Conditions, Course, Modulation, Order, Reversal, Staircase, WarmUp};
+use simulation::profile::{Conditions, Course, Ladder, Map, Modulation, Order, Reversal, Staircase, WarmUp};
 use simulation::run::Run;
 use simulation::sensor::Noise;
 
@@ -54,17 +54,22 @@ fn staircase(order: Order) -> Staircase {
 }
 
 /// The run of a code of the schema, in full.
-fn asked_for(code: &str, preload_n: f64) -> Course {
-    let usual = at(preload_n);
+fn asked_for(code: &str, rate_hz: f64) -> Course {
+    let usual = at(3000.0);
     match code {
-        "second-preload" => staircase(Order::Both).course(100.0, &at(0.4 * preload_n)),
+        "second-preload" => staircase(Order::Both).course(rate_hz, &at(1200.0)),
         "second-temperature" => {
-            staircase(Order::Both).course(100.0, &Conditions { temperature_degc: Some(34.0), ..usual })
+            staircase(Order::Both).course(rate_hz, &Conditions { temperature_degc: Some(34.0), ..usual })
         }
-        "P1" => staircase(Order::Both).course(100.0, &usual),
-        "P6" => Modulation::default().course(200.0, &usual),
+        "P1" => staircase(Order::Both).course(rate_hz, &usual),
+        "P6" => Modulation::default().course(rate_hz, &usual),
         "two-frequencies" => {
-            Reversal { amplitudes_m: vec![0.002], frequencies_hz: vec![0.3, 3.0], cycles: 20 }.course(200.0, &usual)
+            Reversal { amplitudes_m: vec![0.002], frequencies_hz: vec![0.3, 3.0], cycles: 20 }.course(rate_hz, &usual)
+        }
+        "P4" => Map { strokes: 2, speeds_m_s: vec![0.02, 0.1], ..Map::default() }.course(rate_hz, &usual),
+        "P2" => {
+            let preloads_n = [0.3, 1.0, 3.0].map(|part| part * 3000.0).to_vec();
+            Ladder { preloads_n, staircase: staircase(Order::Up) }.course(rate_hz, &usual)
         }
         other => panic!("no run for {other}"),
     }
@@ -91,7 +96,8 @@ fn settled(name: &str, first: Course, cause: &Added, noise_n: f64, rival: Id) {
     if next.code == "zero-force" || next.code == "disconnect-chain" {
         return;
     }
-    let second = recorded(asked_for(&next.code, 3000.0), cause, noise_n, 2);
+    let hz = first.len() as f64 / first.time_s.last().unwrap();
+    let second = recorded(asked_for(&next.code, hz.round()), cause, noise_n, 2);
     let closed = diagnosed(&[first, second]);
     println!("    -> {:?}", names(&closed));
 }
@@ -108,7 +114,7 @@ fn explore2() {
             block: simulation::profile::Warming { rise_k: 3.0, time_s: 900.0 },
             ..WarmUp::default()
         }
-        .course(2.0, &at(3000.0))
+        .course(20.0, &at(3000.0))
         .unwrap()
     };
     let swing = || {
@@ -124,17 +130,15 @@ fn explore2() {
             .course(100.0, &at(3000.0))
             .unwrap()
     };
+
     settled("seal", first(), &added(Id::SealDrag, &[], &[3.0]), 0.3, Id::HysteresisAndSlip);
-    settled("hyst", first(), &added(Id::HysteresisAndSlip, &[], &[3.0]), 0.3, Id::SealDrag);
     settled("viscous", first(), &added(Id::ViscousDrag, &[0.7], &[3.0]), 0.3, Id::HydrodynamicRolling);
-    settled("hydro", first(), &added(Id::HydrodynamicRolling, &[], &[3.0]), 0.3, Id::ViscousDrag);
     settled("asym", single(), &added(Id::DirectionAsymmetry, &[], &[0.06]), 0.3, Id::ForceOffset);
     settled("tilt", single(), &added(Id::GravityTilt, &[], &[1.5]), 0.3, Id::ForceOffset);
     settled("inertia", swing(), &added(Id::Inertia, &[], &[8.0]), 0.3, Id::GravityTilt);
-    settled("sag", swing(), &Added { form: 1, ..added(Id::GravityTilt, &[], &[0.0, -80.0]) }, 0.3, Id::Inertia);
     settled("inertia-fast", fast(), &added(Id::Inertia, &[], &[2.0]), 0.3, Id::TimeMisalignment);
-    settled("misalign", fast(), &added(Id::TimeMisalignment, &[], &[0.03]), 0.3, Id::Inertia);
-    for noise in [0.5, 1.0, 2.0] {
+
+    for noise in [0.7, 1.5] {
         settled("viscT", slow(), &added(Id::ViscosityTemperature, &[22.0], &[1.0]), noise, Id::SelfHeating);
         settled("self", slow(), &added(Id::SelfHeating, &[900.0], &[-0.25]), noise, Id::ViscosityTemperature);
     }

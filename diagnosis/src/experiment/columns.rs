@@ -15,9 +15,7 @@ use super::menu::{Entry, KNOWN_MASS_KG, added_mass_kg, dead_weight_n, is_free, l
 use super::scene::Scene;
 use super::separation::Explanation;
 
-/// Step of a shape parameter: relative, of its range, and relative for a wavelength, whose phase adds up.
-const RATIO: f64 = 0.05;
-const PART: f64 = 0.02;
+/// Step of a wavelength, relative: its phase adds up.
 const OF_WAVE: f64 = 1e-3;
 
 /// The columns' sources and places.
@@ -30,7 +28,7 @@ pub(super) struct Parts {
     pub(super) rivals: Vec<Explanation>,
 }
 
-/// A rival, and itself with one shape parameter moved.
+/// A rival, and itself with a shape parameter moved.
 struct Rival {
     source: Source,
     amplitudes: Vec<f64>,
@@ -71,23 +69,34 @@ impl Parts {
     }
 }
 
-/// The source with one of its shape parameters a step further, for each that is searched.
+/// The source with one of its shape parameters moved, for each that is searched: a step of its grid either way, so that
+/// richer forms of the same cause, with two time constants for one, are within reach.
 fn moved(source: &Source) -> Vec<Source> {
     let Source::Mechanism { definition, form, shape } = source else { return Vec::new() };
-    let parameters = definition.forms[*form].shape.iter().enumerate();
-    parameters
-        .filter(|(_, parameter)| matches!(parameter.search, Search::Grid | Search::Wave))
-        .map(|(k, parameter)| {
-            let step = match (parameter.search, parameter.log) {
-                (Search::Wave, _) => OF_WAVE * shape[k],
-                (_, true) => RATIO * shape[k],
-                _ => PART * (parameter.to - parameter.from),
-            };
-            let mut moved = shape.clone();
-            moved[k] += if shape[k] + step > parameter.to { -step } else { step };
-            Source::Mechanism { definition, form: *form, shape: moved }
-        })
-        .collect()
+    let mut sources = Vec::new();
+    for (k, parameter) in definition.forms[*form].shape.iter().enumerate() {
+        let steps = (parameter.grid.max(2) - 1) as f64;
+        let values = match parameter.search {
+            Search::Wave => [shape[k], shape[k] * (1.0 + OF_WAVE)],
+            Search::Grid if parameter.log => {
+                let ratio = libm::pow(parameter.to / parameter.from, 1.0 / steps);
+                [shape[k] / ratio, shape[k] * ratio]
+            }
+            Search::Grid => {
+                let step = (parameter.to - parameter.from) / steps;
+                [shape[k] - step, shape[k] + step]
+            }
+            Search::StrokeStart | Search::StrokeEnd => continue,
+        };
+        for value in values.map(|value| value.clamp(parameter.from, parameter.to)) {
+            if (value - shape[k]).abs() > 1e-6 * shape[k].abs() {
+                let mut moved = shape.clone();
+                moved[k] = value;
+                sources.push(Source::Mechanism { definition, form: *form, shape: moved });
+            }
+        }
+    }
+    sources
 }
 
 /// Change of a force with a step of the shape.

@@ -9,7 +9,7 @@ use simulation::profile::{Course, Dwell, Ladder, Map, Modulation, Order, Reversa
 
 use super::scene::Scene;
 
-/// Rows a second of a short run.
+/// Rows a second of a short run, at most.
 const RATE_HZ: f64 = 100.0;
 
 /// The same where something fast is asked for.
@@ -42,7 +42,7 @@ pub(super) const MENU: &[Entry] = &[
         drive: |scene| {
             let amplitudes_m = vec![scene.stroke_up_to(2e-3)];
             let reversal = Reversal { amplitudes_m, frequencies_hz: vec![0.3, 3.0], cycles: 8 };
-            one(reversal.course(FAST_HZ, &scene.conditions))
+            one(reversal.course(scene.rate_hz(FAST_HZ), &scene.conditions))
         },
     },
     Entry {
@@ -51,24 +51,26 @@ pub(super) const MENU: &[Entry] = &[
         drive: |scene| {
             let amplitudes_m = [1e-5, 1e-4, 2e-3].map(|most| scene.stroke_up_to(most)).to_vec();
             let reversal = Reversal { amplitudes_m, frequencies_hz: vec![0.2, 2.0], cycles: 4 };
-            one(reversal.course(FAST_HZ, &scene.conditions))
+            one(reversal.course(scene.rate_hz(FAST_HZ), &scene.conditions))
         },
     },
-    Entry { code: "zero-force", minutes: 5.0, drive: |scene| Ok(vec![scene.resting(20.0, RATE_HZ)]) },
+    Entry { code: "zero-force", minutes: 5.0, drive: |scene| Ok(vec![scene.resting(20.0, scene.rate_hz(RATE_HZ))]) },
     Entry {
         code: "P6",
         minutes: 6.0,
         drive: |scene| {
             let modulation =
                 Modulation { speed_m_s: scene.stroke_up_to(0.25) / 25.0, hold_s: 6.0, ..Modulation::default() };
-            one(modulation.course(FAST_HZ, &scene.conditions))
+            one(modulation.course(scene.rate_hz(FAST_HZ), &scene.conditions))
         },
     },
-    Entry { code: "P0", minutes: 10.0, drive: |scene| Ok(vec![scene.resting(40.0, RATE_HZ)]) },
+    Entry { code: "P0", minutes: 10.0, drive: |scene| Ok(vec![scene.resting(40.0, scene.rate_hz(RATE_HZ))]) },
     Entry {
         code: "P1",
         minutes: 10.0,
-        drive: |scene| one(Staircase { order: Order::Both, ..scene.staircase() }.course(RATE_HZ, &scene.conditions)),
+        drive: |scene| {
+            one(Staircase { order: Order::Both, ..scene.staircase() }.course(scene.rate_hz(RATE_HZ), &scene.conditions))
+        },
     },
     Entry {
         code: "P4",
@@ -77,7 +79,7 @@ pub(super) const MENU: &[Entry] = &[
             let fast = scene.fastest();
             let speeds_m_s = vec![fast.min(scene.span_m / 20.0), fast];
             let map = Map { speeds_m_s, length_m: scene.span_m, strokes: 2, ..Map::default() };
-            one(map.course(RATE_HZ, &scene.conditions))
+            one(map.course(scene.rate_hz(RATE_HZ), &scene.conditions))
         },
     },
     Entry { code: "disconnect-chain", minutes: 10.0, drive: again },
@@ -88,23 +90,27 @@ pub(super) const MENU: &[Entry] = &[
         drive: |scene| {
             let length_m = scene.stroke_up_to(0.01);
             let dwell = Dwell { dwells_s: vec![1.0, 10.0, 100.0], length_m, ..Dwell::default() };
-            one(dwell.course(RATE_HZ, &scene.conditions))
+            one(dwell.course(scene.rate_hz(RATE_HZ), &scene.conditions))
         },
     },
-    Entry { code: "second-preload", minutes: 30.0, drive: |scene| scene.at_preload(0.4, RATE_HZ) },
+    Entry { code: "second-preload", minutes: 30.0, drive: |scene| scene.at_preload(0.4, scene.rate_hz(RATE_HZ)) },
     Entry { code: "turn-block", minutes: 30.0, drive: again },
     Entry { code: "relubricate", minutes: 30.0, drive: again },
-    Entry { code: "unload", minutes: 40.0, drive: |scene| scene.at_preload(0.1, RATE_HZ) },
+    Entry { code: "unload", minutes: 40.0, drive: |scene| scene.at_preload(0.1, scene.rate_hz(RATE_HZ)) },
     Entry {
         code: "P9",
         minutes: 45.0,
         drive: |scene| {
             let load_n = scene.conditions.preload_n.map_or(500.0, |preload| 0.3 * preload);
-            [load_n, -load_n].map(|load| scene.loaded(load, RATE_HZ)).into_iter().collect()
+            [load_n, -load_n].map(|load| scene.loaded(load, scene.rate_hz(RATE_HZ))).into_iter().collect()
         },
     },
     Entry { code: "seals-off", minutes: 45.0, drive: again },
-    Entry { code: "second-temperature", minutes: 60.0, drive: |scene| scene.warmer(&[WARMER_K], RATE_HZ) },
+    Entry {
+        code: "second-temperature",
+        minutes: 60.0,
+        drive: |scene| scene.warmer(&[WARMER_K], scene.rate_hz(RATE_HZ)),
+    },
     Entry { code: "repeat-later", minutes: 60.0, drive: again },
     Entry {
         code: "P2",
@@ -112,17 +118,22 @@ pub(super) const MENU: &[Entry] = &[
         drive: |scene| {
             let Some(preload) = scene.preload_n() else { return Ok(Vec::new()) };
             let preloads_n = [0.3, 1.0, 3.0].map(|factor| factor * preload).to_vec();
-            one(Ladder { preloads_n, staircase: scene.staircase() }.course(RATE_HZ, &scene.conditions))
+            one(Ladder { preloads_n, staircase: scene.staircase() }.course(scene.rate_hz(RATE_HZ), &scene.conditions))
         },
     },
-    Entry { code: "P3", minutes: 180.0, drive: |scene| scene.warmer(&[0.0, WARMER_K, 2.0 * WARMER_K], RATE_HZ) },
+    Entry {
+        code: "P3",
+        minutes: 180.0,
+        drive: |scene| scene.warmer(&[0.0, WARMER_K, 2.0 * WARMER_K], scene.rate_hz(RATE_HZ)),
+    },
     Entry {
         code: "P8",
         minutes: 190.0,
         drive: |scene| {
             let Some(ambient_degc) = scene.conditions.temperature_degc else { return Ok(Vec::new()) };
             let (speed_m_s, length_m) = (scene.fastest(), scene.span_m);
-            one(WarmUp { ambient_degc, speed_m_s, length_m, ..WarmUp::default() }.course(SLOW_HZ, &scene.conditions))
+            one(WarmUp { ambient_degc, speed_m_s, length_m, ..WarmUp::default() }
+                .course(scene.rate_hz(SLOW_HZ), &scene.conditions))
         },
     },
 ];
@@ -133,14 +144,17 @@ fn one(course: Result<Course, Unfit>) -> Result<Vec<Course>, Unfit> {
 
 /// What was recorded, once more in short.
 fn again(scene: &Scene) -> Result<Vec<Course>, Unfit> {
-    one(scene.staircase().course(RATE_HZ, &scene.conditions))
+    one(scene.staircase().course(scene.rate_hz(RATE_HZ), &scene.conditions))
 }
 
 /// Strokes and something that accelerates.
 fn swinging(scene: &Scene) -> Result<Vec<Course>, Unfit> {
     let amplitudes_m = vec![scene.stroke_up_to(0.02)];
     let reversal = Reversal { amplitudes_m, frequencies_hz: vec![0.2, 1.0], cycles: 5 };
-    Ok(vec![scene.staircase().course(RATE_HZ, &scene.conditions)?, reversal.course(RATE_HZ, &scene.conditions)?])
+    Ok(vec![
+        scene.staircase().course(scene.rate_hz(RATE_HZ), &scene.conditions)?,
+        reversal.course(scene.rate_hz(RATE_HZ), &scene.conditions)?,
+    ])
 }
 
 /// Whether the carriage is off the sensor: only what the sensor does is left.

@@ -8,8 +8,9 @@
 //! ```
 //!
 //! A run is worth the smallest separation of any two explanations, in nats; beyond what decides, more is worth no more.
-//! Where no run tells them all apart, it is worth what it tells of the first against all that any run tells from it.
-//! Those that decide little are not offered. The rest of the simulation's assumptions is that of the search.
+//! What the recording says already does not count, nor a share that two writings of one cause may differ by.
+//! Where no run tells them all apart at a sensible price, it is worth what it tells of the first against all that any run
+//! tells from it. Those that decide little are not offered. The rest of the simulation's assumptions is that of the search.
 
 mod columns;
 mod menu;
@@ -20,7 +21,7 @@ use simulation::mechanism::Id;
 
 use crate::bench::{Candidate, Member, Source};
 use crate::calibration::prior;
-use crate::equivalents::text;
+use crate::equivalents::{NEAR, text};
 use crate::finding::id_of;
 use crate::linear::{Symmetric, products};
 use crate::nominal::Nominal;
@@ -39,13 +40,16 @@ const DECIDES: f64 = 20.0;
 /// A run that is expected to separate less is not offered, nats.
 const WORTHLESS: f64 = 3.0;
 
+/// Times that it may cost more to tell all explanations apart than the first from the others.
+const DEARER: f64 = 2.0;
+
 /// Explanations that are held against each other.
 const MOST_RIVALS: usize = 6;
 
 /// Runs that are offered beside the first.
 const ALTERNATIVES: usize = 3;
 
-/// A run and how far it is expected to part every two explanations, nats: those of the first with the others, and so on.
+/// A run and how far it is expected to part every two explanations beyond what the recording does, nats: those of the first with the others, and so on.
 struct Tried {
     entry: &'static Entry,
     pairs: Vec<f64>,
@@ -67,6 +71,10 @@ impl Offer {
     fn worth(&self) -> f64 {
         self.nats.min(DECIDES) / self.entry.minutes
     }
+}
+
+fn by_worth(offers: &mut [Offer]) {
+    offers.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
 }
 
 /// The run that tells the explanations of member `at` apart for the least time; `None` where none can be simulated or
@@ -94,6 +102,7 @@ pub(crate) fn next(nominal: &Nominal, side: &Side<'_>, found: &Found<'_>, at: us
     let scene = Scene::of(&complete, side);
     let ids: Vec<Option<Id>> = parts.sources().map(named).collect();
     let count = parts.rivals.len();
+    let already = parted(&present, &precisions, &parts.rivals, 0.0);
     let all: Vec<usize> = (0..count * (count - 1) / 2).collect();
     let (mut tried, mut offers): (Vec<Tried>, Vec<Offer>) = (Vec::new(), Vec::new());
     for entry in MENU.iter().filter(|entry| touches(entry.code, &ids)) {
@@ -104,19 +113,27 @@ pub(crate) fn next(nominal: &Nominal, side: &Side<'_>, found: &Found<'_>, at: us
         let Some(columns) = of_run(entry, &scene, nominal, &complete, found, &parts) else { continue };
         let mut both = present.clone();
         both.accumulate(&gram(&columns), 1.0);
-        let run = Tried { entry, pairs: parted(&both, &precisions, &parts.rivals) };
+        let pairs = parted(&both, &precisions, &parts.rivals, NEAR)
+            .iter()
+            .zip(&already)
+            .map(|(both, one)| both - one)
+            .collect();
+        let run = Tried { entry, pairs };
         offers.extend(Offer::of(&run, &all));
         tried.push(run);
     }
+    by_worth(&mut offers);
+    // the first against those that any run tells from it
+    let mut with_first: Vec<usize> = (0..count - 1).collect();
+    with_first.retain(|pair| tried.iter().any(|run| run.pairs[*pair] >= WORTHLESS));
+    let mut of_first: Vec<Offer> = tried.iter().filter_map(|run| Offer::of(run, &with_first)).collect();
+    by_worth(&mut of_first);
+    let worth = |offers: &[Offer]| offers.first().map_or(0.0, Offer::worth);
     let mut told: Vec<usize> = (0..count).collect();
-    if offers.is_empty() {
-        // the first against those that any run tells from it
-        let mut with_first: Vec<usize> = (0..count - 1).collect();
-        with_first.retain(|pair| tried.iter().any(|run| run.pairs[*pair] >= WORTHLESS));
-        offers = tried.iter().filter_map(|run| Offer::of(run, &with_first)).collect();
+    if worth(&of_first) > DEARER * worth(&offers) {
+        offers = of_first;
         told = std::iter::once(0).chain(with_first.iter().map(|pair| pair + 1)).collect();
     }
-    offers.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
     let kept: Vec<&Source> = parts.sources().collect();
     let mut offers = offers.into_iter();
     let first = offers.next()?;
@@ -138,12 +155,15 @@ pub(crate) fn next(nominal: &Nominal, side: &Side<'_>, found: &Found<'_>, at: us
     })
 }
 
-/// Separation of every two, the smaller of either way.
-fn parted(gram: &Symmetric, precisions: &[f64], rivals: &[Explanation]) -> Vec<f64> {
+/// Separation of every two, the smaller of either way, less a share `near` of all that the true one explains.
+fn parted(gram: &Symmetric, precisions: &[f64], rivals: &[Explanation], near: f64) -> Vec<f64> {
+    let none = Explanation { columns: 0..0, slopes: 0..0, amplitudes: Vec::new() };
+    let of = |truth: &Explanation, other: &Explanation| nats(gram, precisions, truth, other);
+    let spare: Vec<f64> = rivals.iter().map(|truth| near * of(truth, &none)).collect();
     let mut pairs = Vec::new();
     for (i, a) in rivals.iter().enumerate() {
-        for b in &rivals[i + 1..] {
-            pairs.push(nats(gram, precisions, a, b).min(nats(gram, precisions, b, a)));
+        for (j, b) in rivals.iter().enumerate().skip(i + 1) {
+            pairs.push((of(a, b) - spare[i]).min(of(b, a) - spare[j]));
         }
     }
     pairs

@@ -25,6 +25,7 @@ pub(super) struct Scene {
     /// Its length, m.
     pub(super) span_m: f64,
     fastest_m_s: f64,
+    recorded_hz: f64,
     has_preload: bool,
 }
 
@@ -41,13 +42,23 @@ impl Scene {
             conditions: Conditions {
                 preload_n: preload_n.filter(|_| has_preload),
                 external_load_n: mean(side.runs, |run| run.external_load_n.as_ref()),
-                temperature_degc: mean(side.runs, |run| run.temperature_block_degc.as_ref()),
+                // a short run starts as cold as the recording did, with the heat of friction still to come
+                temperature_degc: side
+                    .runs
+                    .iter()
+                    .find_map(|run| run.temperature_block_degc.as_ref()?.iter().copied().find(|x| x.is_finite())),
             },
             start_m,
             span_m: (end_m - start_m).clamp(1e-3, 1.0),
             fastest_m_s,
+            recorded_hz: 1.0 / side.step_s(),
             has_preload,
         }
+    }
+
+    /// Rows a second: no more than were recorded, or noise per row would be another.
+    pub(super) fn rate_hz(&self, most: f64) -> f64 {
+        most.min(self.recorded_hz)
     }
 
     /// A way along the rail that there is room for, m.

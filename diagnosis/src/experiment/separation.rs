@@ -6,7 +6,7 @@
 //! separation           half of that, nats
 //! ```
 //!
-//! over both recordings: `C_B` the columns of B with its shape made linear, `C_M` those of what else was found, `T` the
+//! over both recordings: `C_B` the columns of B and those of it with another shape, `C_M` those of what else was found, `T` the
 //! tangent of the law and `P` the precision of what the simulation says of its numbers. Signs of amplitudes are not
 //! asked for: a rival may do more here than it could. Noise of the run to come is white with what was learnt per row.
 
@@ -21,7 +21,7 @@ const ROUNDING: f64 = 1e-6;
 #[derive(Clone, Debug)]
 pub(super) struct Explanation {
     pub(super) columns: Range<usize>,
-    /// Changes with its shape parameters.
+    /// Changes of its force with its shape.
     pub(super) slopes: Range<usize>,
     pub(super) amplitudes: Vec<f64>,
 }
