@@ -159,15 +159,16 @@ pub struct Unexplained {
 
 /// The cheapest further run.
 ///
-/// What it is expected to tell is there where the runs of the menu could be simulated: the smallest separation of any two
-/// explanations, noise per row as in this recording and taken for white. It is the library's own advice elsewhere.
+/// Where the runs of the menu could be simulated, it says what it is expected to tell: the smallest separation of the
+/// explanations in `told`, noise per row as in this recording and taken for white. It is the library's own advice
+/// elsewhere.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NextExperiment {
     /// Code of the schema.
     pub code: String,
     /// In words.
     pub text: String,
-    /// Rise of the logarithm of the odds between any two explanations that are open, at least.
+    /// Rise of the logarithm of the odds between the explanations that it tells apart, at least.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expected_nats: Option<f64>,
     /// Time at the rig, min, assumed.

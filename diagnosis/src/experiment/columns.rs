@@ -1,5 +1,5 @@
-//! What the law and every explanation make of a recording, and of a run that there is not, as columns in the same order:
-//! the law's tangent, what else was found, then each rival with its changes of shape.
+//! What the law and every explanation make of a recording, and of a run that there is not, as columns in one order: the
+//! law's tangent, what else was found, then each rival with its changes of shape.
 
 use simulation::Simulation;
 use simulation::mechanism::{Context, Id, Search};

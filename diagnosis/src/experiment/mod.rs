@@ -9,8 +9,8 @@
 //!
 //! A run is worth the smallest separation of any two explanations, in nats; beyond what decides, more is worth no more.
 //! What the recording says already does not count, nor a share that two writings of one cause may differ by.
-//! Where no run tells them all apart at a sensible price, it is worth what it tells of the first against all that any run
-//! tells from it. Those that decide little are not offered. The rest of the simulation's assumptions is that of the search.
+//! Where no run tells them all apart at a sensible price, it is worth what it tells of the first against all that any
+//! run tells from it. Those that decide little are not offered.
 
 mod columns;
 mod menu;
@@ -49,7 +49,8 @@ const MOST_RIVALS: usize = 6;
 /// Runs that are offered beside the first.
 const ALTERNATIVES: usize = 3;
 
-/// A run and how far it is expected to part every two explanations beyond what the recording does, nats: those of the first with the others, and so on.
+/// A run and how far it is expected to part every two explanations beyond what the recording does, nats: the first and
+/// each of the others, the second and each behind it, and so on.
 struct Tried {
     entry: &'static Entry,
     pairs: Vec<f64>,

@@ -6,8 +6,8 @@
 //! separation           half of that, nats
 //! ```
 //!
-//! over both recordings: `C_B` the columns of B and those of it with another shape, `C_M` those of what else was found, `T` the
-//! tangent of the law and `P` the precision of what the simulation says of its numbers. Signs of amplitudes are not
+//! over both recordings: `C_B` the columns of B and those of it with another shape, `C_M` those of what else was found,
+//! `T` the tangent of the law and `P` the precision of what the simulation says of its numbers. Signs of amplitudes are not
 //! asked for: a rival may do more here than it could. Noise of the run to come is white with what was learnt per row.
 
 use std::ops::Range;
