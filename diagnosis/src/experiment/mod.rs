@@ -10,7 +10,7 @@
 //! A run is worth the smallest separation of any two explanations, in nats; beyond what decides, more is worth no more.
 //! What the recording says already does not count, nor a share that two writings of one cause may differ by.
 //! Where no run tells them all apart at a sensible price, it is worth what it tells of the first against all that any
-//! run tells from it. Those that decide little are not offered.
+//! run tells from it, or against as many as one run does. Those that decide little are not offered.
 
 mod columns;
 mod menu;
@@ -127,6 +127,9 @@ pub(crate) fn next(nominal: &Nominal, side: &Side<'_>, found: &Found<'_>, at: us
     // the first against those that any run tells from it
     let mut with_first: Vec<usize> = (0..count - 1).collect();
     with_first.retain(|pair| tried.iter().any(|run| run.pairs[*pair] >= WORTHLESS));
+    if offers.is_empty() && !tried.iter().any(|run| Offer::of(run, &with_first).is_some()) {
+        with_first = most_told(&tried, &with_first);
+    }
     let mut of_first: Vec<Offer> = tried.iter().filter_map(|run| Offer::of(run, &with_first)).collect();
     by_worth(&mut of_first);
     let worth = |offers: &[Offer]| offers.first().map_or(0.0, Offer::worth);
@@ -154,6 +157,18 @@ pub(crate) fn next(nominal: &Nominal, side: &Side<'_>, found: &Found<'_>, at: us
             .collect(),
         told: told.iter().map(|at| id_of(kept[*at])).collect(),
     })
+}
+
+/// Those of the pairs that one run tells apart, as many as any does, the one that is worth most of several.
+fn most_told(tried: &[Tried], pairs: &[usize]) -> Vec<usize> {
+    let told =
+        |run: &Tried| -> Vec<usize> { pairs.iter().copied().filter(|pair| run.pairs[*pair] >= WORTHLESS).collect() };
+    let worth = |run: &Tried, pairs: &[usize]| Offer::of(run, pairs).map_or(0.0, |offer| offer.worth());
+    let best = |best: (Vec<usize>, f64), new: (Vec<usize>, f64)| {
+        if (new.0.len(), new.1) > (best.0.len(), best.1) { new } else { best }
+    };
+    let all = tried.iter().map(|run| (told(run), run)).map(|(pairs, run)| (pairs.clone(), worth(run, &pairs)));
+    all.reduce(best).map_or_else(Vec::new, |(pairs, _)| pairs)
 }
 
 /// Separation of every two, the smaller of either way, less a share `near` of all that the true one explains.
