@@ -6,6 +6,7 @@ use simulation::run::Run;
 use crate::bench::{Member, added};
 use crate::equivalents;
 use crate::events::Spots;
+use crate::experiment;
 use crate::export;
 use crate::finding::{comes_and_goes, contamination, finding};
 use crate::nominal::Nominal;
@@ -104,6 +105,7 @@ pub(crate) fn write(
     } else if let Some(share) = balance.unsteady {
         findings.push((comes_and_goes(share), None));
     }
+    let next_experiment = next_experiment(nominal, side, found, &findings);
     findings.sort_by(|a, b| b.0.share_of_mismatch.total_cmp(&a.0.share_of_mismatch));
     let (mechanisms, regions): (Vec<Finding>, Vec<Option<Region>>) = findings.into_iter().unzip();
     let mut written = (found.with_shifts.clone(), amplitudes);
@@ -130,7 +132,7 @@ pub(crate) fn write(
             share_of_mismatch: balance.unexplained,
             signature: signature.to_owned(),
         },
-        next_experiment: next_experiment(&mechanisms),
+        next_experiment,
         mechanisms,
         considered: found.considered.clone(),
         data_quality: std::mem::take(quality),
@@ -153,18 +155,32 @@ fn verdict(mechanisms: &[Finding], unexplained: f64) -> Verdict {
     }
 }
 
-fn next_experiment(mechanisms: &[Finding]) -> Option<NextExperiment> {
-    let open = mechanisms.iter().find(|f| !f.equivalents.is_empty());
-    let code = match open {
-        Some(finding) => {
-            let mut ids = finding.equivalents.clone();
-            ids.insert(0, finding.id.clone());
+/// The run that settles the largest finding that is open. `findings`: those of the members first, in their order.
+fn next_experiment(
+    nominal: &Nominal,
+    side: &Side<'_>,
+    found: &Found<'_>,
+    findings: &[(Finding, Option<Region>)],
+) -> Option<NextExperiment> {
+    let open = |(finding, _): &(Finding, Option<Region>)| !finding.equivalents.is_empty();
+    let largest = |best: usize, at: usize| {
+        if findings[at].0.share_of_mismatch > findings[best].0.share_of_mismatch { at } else { best }
+    };
+    let code = match (0..findings.len()).filter(|at| open(&findings[*at])).reduce(largest) {
+        Some(at) => {
+            if at < found.members.len()
+                && let Some(next) = experiment::next(nominal, side, found, at)
+            {
+                return Some(next);
+            }
+            let mut ids = findings[at].0.equivalents.clone();
+            ids.insert(0, findings[at].0.id.clone());
             equivalents::advice(&ids)?
         }
-        None if mechanisms.iter().any(|f| f.kind == "unknown") => "repeat-later",
+        None if findings.iter().any(|(f, _)| f.kind == "unknown") => "repeat-later",
         None => return None,
     };
-    Some(NextExperiment { code: code.to_owned(), text: equivalents::text(code).to_owned() })
+    Some(NextExperiment::advised(code, equivalents::text(code)))
 }
 
 /// The simulation with what was found; what a file cannot hold is said in the warnings.

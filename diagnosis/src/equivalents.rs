@@ -9,7 +9,7 @@ use crate::search::{Pool, Tolerances, refine, simplicity};
 const TIE: f64 = 3.0;
 
 /// A rival that explains this share of the evidence differs by less than what two writings of one cause differ by.
-const NEAR: f64 = 0.004;
+pub(crate) const NEAR: f64 = 0.004;
 
 /// A cause with its rivals.
 pub(crate) struct Set {

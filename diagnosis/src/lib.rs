@@ -12,7 +12,7 @@
 //! locks        is an effect real? two tests that must agree
 //! search       which named causes act; story: curves without a name; open_set: what has no name here
 //! passes       the search, and again around where it has led; rest: what is left
-//! equivalents  what this recording cannot tell apart, and the run that would
+//! equivalents  what this recording cannot tell apart; experiment: the next run that would, by simulation
 //! proof        rows set aside; scores: the three stages there, and what each cause does
 //! answer       what is said: finding, region
 //! export       the simulation file that knows what was found
@@ -33,6 +33,7 @@ mod considered;
 mod engine;
 mod equivalents;
 mod events;
+mod experiment;
 mod export;
 mod finding;
 mod linear;

@@ -158,12 +158,75 @@ pub struct Unexplained {
 }
 
 /// The cheapest further run.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+///
+/// Where the runs of the menu could be simulated, it says what it is expected to tell: the smallest separation of the
+/// explanations in `told`, noise per row as in this recording and taken for white. It is the library's own advice
+/// elsewhere.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NextExperiment {
     /// Code of the schema.
     pub code: String,
     /// In words.
     pub text: String,
+    /// Rise of the logarithm of the odds between the explanations that it tells apart, at least.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub expected_nats: Option<f64>,
+    /// Time at the rig, min, assumed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub minutes: Option<f64>,
+    /// Other runs that tell enough, by what they tell for their time.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub alternatives: Vec<Alternative>,
+    /// The explanations that it tells apart: the first from the others at least.
+    #[serde(skip)]
+    pub told: Vec<String>,
+}
+
+/// Another run that would settle it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Alternative {
+    /// Code of the schema.
+    pub code: String,
+    /// In words.
+    pub text: String,
+    /// As that of the first.
+    pub expected_nats: f64,
+    /// Time at the rig, min.
+    pub minutes: f64,
+}
+
+impl NextExperiment {
+    /// A run of which nothing is known but that it is advised.
+    pub(crate) fn advised(code: &str, text: &str) -> Self {
+        let (code, text) = (code.to_owned(), text.to_owned());
+        NextExperiment { code, text, expected_nats: None, minutes: None, alternatives: Vec::new(), told: Vec::new() }
+    }
+
+    /// What it is expected to tell, in plain words; `None` where nobody knows.
+    pub fn promise(&self) -> Option<String> {
+        let (first, others) = self.told.split_first()?;
+        let gain = gain(self.expected_nats?, self.minutes?);
+        Some(format!("tells {first} from {} {gain}", others.join(", ")))
+    }
+}
+
+impl Alternative {
+    /// What it is expected to tell, in plain words.
+    pub fn promise(&self) -> String {
+        format!("tells the same {}", gain(self.expected_nats, self.minutes))
+    }
+}
+
+/// Largest power of ten of the odds that is said: noise is never known so well as to say more.
+const MOST_DIGITS: f64 = 9.0;
+
+fn gain(nats: f64, minutes: f64) -> String {
+    let digits = (nats / std::f64::consts::LN_10).floor();
+    if digits < MOST_DIGITS {
+        format!("with odds of about 1e{digits:.0} to 1, in some {minutes:.0} min")
+    } else {
+        format!("with odds beyond 1e{MOST_DIGITS:.0} to 1, in some {minutes:.0} min")
+    }
 }
 
 /// What was wrong with the recording.

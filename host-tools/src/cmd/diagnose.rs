@@ -165,6 +165,13 @@ fn summary(diagnosis: &Diagnosis) -> Result<(), Failure> {
     )?;
     if let Some(next) = &diagnosis.next_experiment {
         writeln!(out, "next             {}: {}", next.code, next.text)?;
+        if let Some(promise) = next.promise() {
+            writeln!(out, "                 {promise}")?;
+        }
+        for other in &next.alternatives {
+            writeln!(out, "or               {}: {}", other.code, other.text)?;
+            writeln!(out, "                 {}", other.promise())?;
+        }
     }
     Ok(out.flush()?)
 }

@@ -22,6 +22,12 @@ pub fn page(name: &str, diagnosis: &Diagnosis, views: &[AxisView]) -> String {
     }
     if let Some(next) = &diagnosis.next_experiment {
         page.heading("What to run next").prose(&format!("{}: {}", next.code, next.text));
+        if let Some(promise) = next.promise() {
+            page.prose(&format!("It {promise}."));
+        }
+        for other in &next.alternatives {
+            page.prose(&format!("Or {}: {} It {}.", other.code, other.text, other.promise()));
+        }
     }
     pictures(&mut page, diagnosis, views);
     quality(&mut page, diagnosis);

@@ -1,0 +1,216 @@
+//! What the law and every explanation make of a recording, and of a run that there is not, as columns in one order: the
+//! law's tangent, what else was found, then each rival with its changes of shape.
+
+use simulation::Simulation;
+use simulation::mechanism::{Context, Id, Search};
+use simulation::profile::Course;
+
+use crate::bench::{Candidate, Member, Source, raw_columns};
+use crate::nominal::Nominal;
+use crate::passes::Found;
+use crate::report::DataQuality;
+use crate::sanity::compared;
+
+use super::menu::{Entry, KNOWN_MASS_KG, added_mass_kg, dead_weight_n, is_free, left_of};
+use super::scene::Scene;
+use super::separation::Explanation;
+
+/// Step of a wavelength, relative: its phase adds up.
+const OF_WAVE: f64 = 1e-3;
+
+/// The columns' sources and places.
+pub(super) struct Parts {
+    /// Number of columns that all explanations have.
+    pub(super) common: usize,
+    law: usize,
+    others: Vec<Source>,
+    sources: Vec<Rival>,
+    pub(super) rivals: Vec<Explanation>,
+}
+
+/// A rival, and itself with a shape parameter moved.
+struct Rival {
+    source: Source,
+    amplitudes: Vec<f64>,
+    moved: Vec<Source>,
+}
+
+impl Parts {
+    /// Rivals without a force are left out.
+    pub(super) fn of(found: &Found<'_>, others: &[Member], rivals: &[&Candidate]) -> Self {
+        let bench = &found.bench;
+        let fit = bench.fit_members(others);
+        let law = bench.law().len();
+        let common = law + others.iter().map(|member| member.candidate.columns.len()).sum::<usize>();
+        let others = others.iter().map(|member| member.candidate.source.clone()).collect();
+        let mut parts = Parts { common, law, others, sources: Vec::new(), rivals: Vec::new() };
+        let mut next = common;
+        for candidate in rivals {
+            let mut candidate = (*candidate).clone();
+            candidate.forget();
+            bench.prepare(&mut candidate, &fit.active);
+            let amplitudes = bench.gain(&candidate, &fit).amplitudes;
+            if amplitudes.iter().all(|x| *x == 0.0) {
+                continue;
+            }
+            let moved = moved(&candidate.source);
+            let columns = next..next + amplitudes.len();
+            let slopes = columns.end..columns.end + moved.len();
+            next = slopes.end;
+            parts.rivals.push(Explanation { columns, slopes, amplitudes: amplitudes.clone() });
+            parts.sources.push(Rival { source: candidate.source, amplitudes, moved });
+        }
+        parts
+    }
+
+    /// What the rivals are.
+    pub(super) fn sources(&self) -> impl Iterator<Item = &Source> {
+        self.sources.iter().map(|rival| &rival.source)
+    }
+}
+
+/// The source with one of its shape parameters moved, for each that is searched: a step of its grid either way, so that
+/// richer forms of the same cause, with two time constants for one, are within reach.
+fn moved(source: &Source) -> Vec<Source> {
+    let Source::Mechanism { definition, form, shape } = source else { return Vec::new() };
+    let mut sources = Vec::new();
+    for (k, parameter) in definition.forms[*form].shape.iter().enumerate() {
+        let steps = (parameter.grid.max(2) - 1) as f64;
+        let values = match parameter.search {
+            Search::Wave => [shape[k], shape[k] * (1.0 + OF_WAVE)],
+            Search::Grid if parameter.log => {
+                let ratio = libm::pow(parameter.to / parameter.from, 1.0 / steps);
+                [shape[k] / ratio, shape[k] * ratio]
+            }
+            Search::Grid => {
+                let step = (parameter.to - parameter.from) / steps;
+                [shape[k] - step, shape[k] + step]
+            }
+            Search::StrokeStart | Search::StrokeEnd => continue,
+        };
+        for value in values.map(|value| value.clamp(parameter.from, parameter.to)) {
+            if (value - shape[k]).abs() > 1e-6 * shape[k].abs() {
+                let mut moved = shape.clone();
+                moved[k] = value;
+                sources.push(Source::Mechanism { definition, form: *form, shape: moved });
+            }
+        }
+    }
+    sources
+}
+
+/// Change of a force with a step of the shape.
+fn slope(here: &[Vec<f32>], there: &[Vec<f32>], amplitudes: &[f64]) -> Vec<f32> {
+    let rows = here.first().map_or(0, Vec::len);
+    let mut slope = vec![0.0; rows];
+    for ((here, there), x) in here.iter().zip(there).zip(amplitudes) {
+        for ((slope, here), there) in slope.iter_mut().zip(here).zip(there) {
+            *slope += *x as f32 * (there - here);
+        }
+    }
+    slope
+}
+
+/// Whitened columns over the recording.
+pub(super) fn of_recording(found: &Found<'_>, others: &[Member], parts: &Parts) -> Vec<Vec<f32>> {
+    let bench = &found.bench;
+    let mut columns: Vec<Vec<f32>> = bench.law().iter().map(|column| bench.base[*column].clone()).collect();
+    columns.extend(others.iter().flat_map(|member| member.candidate.columns.iter().cloned()));
+    for rival in &parts.sources {
+        let white = |source: &Source| bench.candidate(source.clone()).map(|candidate| candidate.columns);
+        let own = white(&rival.source).unwrap_or_else(|| vec![vec![0.0; bench.rows.len()]; rival.amplitudes.len()]);
+        let slopes: Vec<Vec<f32>> = rival
+            .moved
+            .iter()
+            .map(|source| slope(&own, &white(source).unwrap_or_else(|| own.clone()), &rival.amplitudes))
+            .collect();
+        columns.extend(own);
+        columns.extend(slopes);
+    }
+    columns
+}
+
+/// The same over a run of the menu, in units of the noise; `None` where the axis cannot be driven so.
+pub(super) fn of_run(
+    entry: &Entry,
+    scene: &Scene,
+    nominal: &Nominal,
+    complete: &Simulation,
+    found: &Found<'_>,
+    parts: &Parts,
+) -> Option<Vec<Vec<f32>>> {
+    let mut courses = (entry.drive)(scene).ok().filter(|courses| !courses.is_empty())?;
+    for Course { run, motion } in &mut courses {
+        for x in run.position_m.iter_mut().flatten().chain(&mut motion.position_m) {
+            *x += scene.start_m;
+        }
+    }
+    let carriage_kg = complete.axis.moved_mass_kg.filter(|mass| *mass > 0.0);
+    let mut heavier = complete.clone();
+    if added_mass_kg(entry.code) > 0.0 {
+        heavier.axis.moved_mass_kg = Some(carriage_kg.unwrap_or(0.0) + added_mass_kg(entry.code));
+    }
+    let free = is_free(entry.code);
+    let (mut contexts, mut tangent) = (Vec::new(), vec![Vec::new(); parts.law]);
+    let mut weights: Vec<f64> = Vec::new();
+    for Course { run, motion } in &courses {
+        let context = Context::of(&heavier, run, motion).ok()?;
+        let keep = compared(run, motion, &context.steady, &mut DataQuality::default());
+        weights.extend(keep.iter().map(|keep| if free || *keep { 1.0 / found.noise_n } else { 0.0 }));
+        let force = nominal.force(&found.calibrated, run, motion).ok()?;
+        let direction = &context.steady.direction;
+        let own = nominal.tangent(&found.calibrated, run, (motion, motion), &force, direction).ok()?;
+        for (column, own) in tangent.iter_mut().zip(own) {
+            column.extend(own);
+        }
+        contexts.push(context);
+    }
+    // rows before the dead weight hangs on a sensor that is free
+    let half = weights.len() / 2;
+    let raw = |source: &Source, count: usize| -> Vec<Vec<f64>> {
+        let none = || vec![vec![0.0; weights.len()]; count];
+        let (factor, columns) = match source {
+            Source::Mechanism { definition, .. } => {
+                let factor = left_of(entry.code, definition.id, carriage_kg.unwrap_or(KNOWN_MASS_KG));
+                let columns = if free && definition.id == Id::ForceGain {
+                    let hung = dead_weight_n(entry.code);
+                    vec![(0..weights.len()).map(|n| if n < half { 0.0 } else { hung }).collect()]
+                } else {
+                    raw_columns(source, &contexts).unwrap_or_else(none)
+                };
+                (factor, columns)
+            }
+            Source::Shift { parameter } => (f64::from(!free), vec![tangent[*parameter].clone()]),
+            Source::Story { .. } => (f64::from(!free), raw_columns(source, &contexts).unwrap_or_else(none)),
+        };
+        columns.into_iter().map(|column| column.into_iter().map(|x| factor * x).collect()).collect()
+    };
+    let white = |column: &[f64]| -> Vec<f32> {
+        let of = |(x, weight): (&f64, &f64)| if x.is_finite() { (x * weight) as f32 } else { 0.0 };
+        column.iter().zip(&weights).map(of).collect()
+    };
+    let whites = |source: &Source, count: usize| -> Vec<Vec<f32>> {
+        raw(source, count).iter().map(|column| white(column)).collect()
+    };
+    let law = |parameter| whites(&Source::Shift { parameter }, 1);
+    let mut columns: Vec<Vec<f32>> = (0..parts.law).flat_map(law).collect();
+    for source in &parts.others {
+        let count = match source {
+            Source::Mechanism { definition, form, .. } => definition.forms[*form].amplitudes.len(),
+            Source::Shift { .. } => 1,
+            Source::Story { curve } => contexts.first().map_or(0, |context| curve.columns(context).len()),
+        };
+        columns.extend(whites(source, count));
+    }
+    for rival in &parts.sources {
+        let own = whites(&rival.source, rival.amplitudes.len());
+        let slopes: Vec<Vec<f32>> = rival
+            .moved
+            .iter()
+            .map(|source| slope(&own, &whites(source, rival.amplitudes.len()), &rival.amplitudes))
+            .collect();
+        columns.extend(own);
+        columns.extend(slopes);
+    }
+    (columns.len() == parts.rivals.last().map_or(0, |last| last.slopes.end)).then_some(columns)
+}
