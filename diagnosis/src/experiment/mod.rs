@@ -284,8 +284,8 @@ mod tests {
         let nominal = Nominal::new(&simulation);
         let motions: Vec<Motion> = runs.iter().map(Motion::of).collect();
         let parts = (&*runs, &*motions, &*motions);
-        let side =
-            Side::new(&simulation, &nominal, &nominal.start(), parts, &mut DataQuality::default()).expect("complete");
+        let side = Side::new(&simulation, &nominal, &nominal.start(), parts, false, &mut DataQuality::default())
+            .expect("complete");
         let training = side.compared.clone();
         let mut rows = Rows::new(&runs, &training, 1);
         let calibrated = calibrate(&simulation, &nominal, side, &mut rows, &training).expect("sound");

@@ -319,6 +319,7 @@ fn open(open: &Open) -> Result<(), Failure> {
         })
         .collect();
     let out = open.out.as_ref().unwrap_or(&open.dir);
+    std::fs::create_dir_all(out).map_err(|why| Failure::file(out, why))?;
     let text = serde_json::to_string_pretty(&reports).map_err(Failure::data)?;
     let save = |name: &str, text: String| {
         let path = out.join(name);
