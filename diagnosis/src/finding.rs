@@ -96,8 +96,8 @@ pub(crate) fn finding(
         Source::Mechanism { definition, form, shape } => {
             let form = &definition.forms[*form];
             for ((amplitude, value), column) in form.amplitudes.iter().zip(amplitudes).zip(&member.base) {
-                // held at the end of what it can be: there is nothing to say of it
-                if *value == 0.0 && !fit.active.contains(column) {
+                // held at the end of what it can be, or the same as other columns: there is nothing to say of it
+                if (*value == 0.0 && !fit.active.contains(column)) || deviation(*column).is_infinite() {
                     continue;
                 }
                 parameters.push(estimate(amplitude.name.to_owned(), *value, deviation(*column), amplitude.unit));

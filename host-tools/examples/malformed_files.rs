@@ -14,7 +14,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use diagnosis::report::{Diagnosis, Verdict};
+use diagnosis::report::{Diagnosis, Estimate, Verdict};
 use diagnosis::{Options, diagnose};
 use host_tools::diagnosed;
 use host_tools::recording::{axis, silent};
@@ -315,8 +315,9 @@ fn broken_rule(found: &Diagnosis) -> Option<String> {
         if !share(cause.share_of_mismatch) || !share(cause.confidence) {
             return Some(format!("{}: share {}, confidence {}", cause.id, cause.share_of_mismatch, cause.confidence));
         }
-        if let Some(bad) = cause.parameters.iter().find(|p| !p.value.is_finite()) {
-            return Some(format!("{}: {} is {}", cause.id, bad.name, bad.value));
+        let is_number = |p: &&Estimate| p.value.is_finite() && p.ci95.iter().all(|end| end.is_finite());
+        if let Some(bad) = cause.parameters.iter().find(|p| !is_number(p)) {
+            return Some(format!("{}: {} is {} {:?}", cause.id, bad.name, bad.value, bad.ci95));
         }
         // of two parameters either may be off
         if cause.id != "parameter-shift" && cause.equivalents.contains(&cause.id) {
