@@ -32,7 +32,9 @@ fn folder() -> PathBuf {
 }
 
 fn diagnose(recording: &Path, more: &[&str]) -> (Option<i32>, Value) {
-    let simulation = folder().join("sim.toml");
+    // beside the recording, under its name: tests that run at once do not write over each other's
+    let simulation = recording.with_extension("toml");
+    let simulation = folder().join(simulation.file_name().unwrap());
     fs::write(&simulation, SIMULATION).unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_guideblock"))
         .arg("diagnose")
