@@ -67,7 +67,7 @@ const RESOLVED: f64 = 0.03;
 
 /// Relative change of the speed within an average that is accepted: the law of the mean speed is the mean of the law to
 /// a 24th of its square.
-const STEADY: f64 = 0.05;
+const STEADY: f64 = 0.15;
 
 /// Error of a derived velocity where the acceleration changes within the window, m/s: the slope of a parabola through
 /// `2m + 1` rows of a cubic errs by `j Δt² (3m² + 3m - 1)/30`.
