@@ -47,6 +47,11 @@ impl Source {
         matches!(self, Source::Story { .. })
     }
 
+    /// Whether it is the first form of a mechanism.
+    pub(crate) fn is_minimal(&self) -> bool {
+        matches!(self, Source::Mechanism { form: 0, .. })
+    }
+
     /// Number of shape parameters.
     pub(crate) fn shapes(&self) -> usize {
         match self {
@@ -62,8 +67,8 @@ impl Source {
                 .amplitudes
                 .iter()
                 .map(|amplitude| match amplitude.sign {
-                    Sign::Positive => (0.0, amplitude.most),
-                    Sign::Negative => (-amplitude.most, 0.0),
+                    Sign::Positive => (amplitude.least, amplitude.most),
+                    Sign::Negative => (-amplitude.most, -amplitude.least),
                     Sign::Free => (-amplitude.most, amplitude.most),
                 })
                 .collect(),
@@ -149,8 +154,6 @@ pub(crate) struct Bench<'a> {
     pub(crate) largest: f64,
     /// Whether the zero of the positions is that of this recording alone: a table over them would say nothing of the next.
     pub(crate) is_relative: bool,
-    /// Sizes at which the force channel of a run ends, N.
-    pub(crate) channel_ends_n: Vec<f64>,
     /// Time between two rows, s.
     pub(crate) step_s: f64,
 }
@@ -175,7 +178,6 @@ impl<'a> Bench<'a> {
             tangent: Vec::new(),
             largest: f64::INFINITY,
             is_relative: false,
-            channel_ends_n: Vec::new(),
             step_s: contexts.iter().map(|c| c.run.step_s()).find(|step| *step > 0.0).unwrap_or(1.0),
         };
         let raw: Vec<&[f64]> = std::iter::once(mismatch).chain(tangent.iter().map(Vec::as_slice)).collect();

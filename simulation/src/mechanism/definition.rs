@@ -58,6 +58,8 @@ pub struct Amplitude {
     pub sign: Sign,
     /// A size that would not surprise, for plots; nothing is penalised by it.
     pub typical: f64,
+    /// The smallest size that means anything, sign aside: a channel that is late is so as a whole.
+    pub least: f64,
     /// The largest size that means anything: a part of a whole is at most the whole.
     pub most: f64,
 }

@@ -3,7 +3,7 @@
 use super::context::Context;
 use super::definition::{Columns, Definition, Form, Kind};
 use super::id::Id;
-use super::{Free, Positive, amplitude, part, ratio, shown, wave};
+use super::{Free, Positive, amplitude, part, ratio, shown, wave, whole};
 
 /// S8: inside the gap nothing is transmitted.
 pub(super) const COUPLING_BACKLASH: Definition = Definition {
@@ -13,7 +13,7 @@ pub(super) const COUPLING_BACKLASH: Definition = Definition {
         Form {
             name: "minimal",
             shape: &[ratio("gap_m", "m", 1e-6, 1e-3, 16)],
-            amplitudes: &[part("part", 1.0)],
+            amplitudes: &[whole("part", 0.4)],
             columns: |context, shape| play(context, *shape.first()?, 0.0),
             phase_bound: false,
             equation: "F = -part·F_law while the travel since the reversal is below gap",
@@ -21,7 +21,7 @@ pub(super) const COUPLING_BACKLASH: Definition = Definition {
         Form {
             name: "closing",
             shape: &[ratio("gap_m", "m", 1e-6, 1e-3, 6), ratio("closing_m", "m", 1e-6, 1e-3, 4)],
-            amplitudes: &[part("part", 1.0)],
+            amplitudes: &[whole("part", 0.4)],
             columns: |context, shape| play(context, *shape.first()?, *shape.get(1)?),
             phase_bound: false,
             equation: "as minimal, falling to nothing over closing beyond the gap",

@@ -46,12 +46,17 @@ use Sign::{Free, Negative, Positive};
 
 /// An amplitude.
 const fn amplitude(name: &'static str, unit: &'static str, sign: Sign, typical: f64) -> Amplitude {
-    Amplitude { name, unit, sign, typical, most: f64::INFINITY }
+    Amplitude { name, unit, sign, typical, least: 0.0, most: f64::INFINITY }
 }
 
 /// The part of a whole: at most all of it, give or take what the law does not know of the whole.
 const fn part(name: &'static str, typical: f64) -> Amplitude {
-    Amplitude { name, unit: "", sign: Positive, typical, most: 1.3 }
+    Amplitude { name, unit: "", sign: Positive, typical, least: 0.0, most: 1.3 }
+}
+
+/// A part that is the whole, give or take `slack` for what the law does not know of it.
+const fn whole(name: &'static str, slack: f64) -> Amplitude {
+    Amplitude { name, unit: "", sign: Positive, typical: 1.0, least: 1.0 - slack, most: 1.0 + slack }
 }
 
 /// Both ends of the stroke that was recorded.

@@ -7,7 +7,7 @@ use super::context::Context;
 use super::definition::{Columns, Definition, Form, Kind};
 use super::filter::lag;
 use super::id::Id;
-use super::{Positive, amplitude, part, ratio, shown};
+use super::{Positive, amplitude, part, ratio, shown, whole};
 
 /// Lengths of the slip elements over the longest one, which gives way last.
 const ELEMENTS: [f64; 4] = [0.1, 0.3, 0.6, 1.0];
@@ -148,7 +148,7 @@ pub(super) const FRICTIONAL_LAG: Definition = Definition {
         Form {
             name: "minimal",
             shape: &[ratio("time_s", "s", 1e-3, 0.1, 6)],
-            amplitudes: &[part("part", 1.0)],
+            amplitudes: &[whole("part", 0.4)],
             columns: |context, shape| {
                 let late = lag(context, &context.steady.drag_n, *shape.first()?);
                 shown(vec![context.against_motion(|n| late[n] - context.steady.drag_n[n])])

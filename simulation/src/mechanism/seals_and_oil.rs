@@ -45,14 +45,14 @@ fn lip(context: &Context<'_>, _: &[f64]) -> Option<Columns> {
     shown(vec![context.against_motion(|_| 1.0), lift])
 }
 
-/// E2 and E11: `F = c V^n`, n from 0.3 (seal lips) to 2 (churned grease).
+/// E2 and E11: `F = c V^n`, n from 0.3 to 1 (physics of seal lips and churned grease), and a little beyond.
 pub(super) const VISCOUS_DRAG: Definition = Definition {
     id: Id::ViscousDrag,
     kind: Kind::Physics,
     forms: &[
         Form {
             name: "minimal",
-            shape: &[ratio("exponent", "", 0.3, 2.0, 6)],
+            shape: &[ratio("exponent", "", 0.3, 1.25, 5)],
             amplitudes: &[amplitude("drag_at_100_mm_s_n", "N", Positive, 3.0)],
             columns: viscous,
             phase_bound: false,
@@ -60,7 +60,7 @@ pub(super) const VISCOUS_DRAG: Definition = Definition {
         },
         Form {
             name: "churning",
-            shape: &[ratio("exponent", "", 0.3, 2.0, 6)],
+            shape: &[ratio("exponent", "", 0.3, 1.25, 5)],
             amplitudes: &[
                 amplitude("drag_at_100_mm_s_n", "N", Positive, 3.0),
                 amplitude("drag_at_100_mm_s_and_100_cst_n", "N", Positive, 3.0),

@@ -3,7 +3,7 @@
 use super::context::{Context, filled};
 use super::definition::{Columns, Definition, Form, Kind};
 use super::id::Id;
-use super::{Free, Positive, amplitude, part, ratio, shown};
+use super::{Free, Positive, amplitude, ratio, shown, whole};
 
 /// S1: the zero.
 pub(super) const FORCE_OFFSET: Definition = Definition {
@@ -166,7 +166,7 @@ pub(super) const FORCE_QUANTISATION: Definition = Definition {
         Form {
             name: "minimal",
             shape: &[ratio("noise_over_step", "", 0.02, 0.5, 4)],
-            amplitudes: &[part("part", 1.0)],
+            amplitudes: &[whole("part", 0.5)],
             columns: |context, shape| {
                 let noise = *shape.first()?;
                 let (step, origin) = lattice(&context.run.drag_force_n)?;
@@ -179,7 +179,7 @@ pub(super) const FORCE_QUANTISATION: Definition = Definition {
         Form {
             name: "step",
             shape: &[ratio("step_n", "N", 0.02, 20.0, 8)],
-            amplitudes: &[part("part", 1.0)],
+            amplitudes: &[whole("part", 0.5)],
             columns: |context, shape| counted(context, (*shape.first()?, 0.0), 1e-6),
             phase_bound: false,
             equation: "F = part·(step·round(F_law/step) - F_law), for recordings that were filtered after they were counted",

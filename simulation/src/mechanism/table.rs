@@ -20,7 +20,7 @@ const NAMES: [&str; FINE] = [
 
 /// The entries of a table as amplitudes.
 pub(super) const fn entries<const N: usize>(unit: &'static str, typical: f64) -> [Amplitude; N] {
-    let mut entries = [Amplitude { name: "", unit, sign: Free, typical, most: f64::INFINITY }; N];
+    let mut entries = [Amplitude { name: "", unit, sign: Free, typical, least: 0.0, most: f64::INFINITY }; N];
     let mut n = 0;
     while n < N {
         entries[n].name = NAMES[n];

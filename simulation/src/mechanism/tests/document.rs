@@ -71,7 +71,7 @@ fn page() -> String {
             let shape: Vec<String> = form.shape.iter().map(of).collect();
             let of = |a: &Amplitude| {
                 let sign = match a.sign {
-                    Sign::Positive if a.most.is_finite() => format!(" 0 to {}", a.most),
+                    Sign::Positive if a.most.is_finite() => format!(" {} to {}", a.least, a.most),
                     Sign::Positive => " ≥ 0".to_owned(),
                     Sign::Negative => " ≤ 0".to_owned(),
                     Sign::Free => String::new(),
