@@ -1,14 +1,15 @@
 //! The diagnosis and the augmented simulation, written down from what was found.
 
 use simulation::Simulation;
+use simulation::mechanism::{Added, Id};
 use simulation::run::Run;
 
-use crate::bench::{Member, added};
+use crate::bench::{Member, Source, added};
 use crate::equivalents;
 use crate::events::Spots;
 use crate::experiment;
 use crate::export;
-use crate::finding::{comes_and_goes, contamination, finding};
+use crate::finding::{comes_and_goes, contamination, finding, quantisation, saturation};
 use crate::nominal::Nominal;
 use crate::open_set;
 use crate::passes::Found;
@@ -34,33 +35,59 @@ struct Balance {
     noise_n: f64,
     /// RMS of what nothing explains, N.
     unexplained_n: f64,
+    /// Shares.
     unexplained: f64,
     unsteady: Option<f64>,
+    p_steady: f64,
+    rounding: Option<f64>,
+    clipped: Option<f64>,
 }
 
 impl Balance {
-    /// What comes and goes no curve follows: it is in the noise until it is told from it.
-    fn of(side: &Side<'_>, found: &Found<'_>, proof: &Proof) -> Self {
+    /// What comes and goes no curve follows: it is in the noise until it is told from it, and so is what rounding adds.
+    fn of(simulation: &Simulation, side: &Side<'_>, found: &Found<'_>, proof: &Proof) -> Self {
         let rows = &found.bench.rows;
+        let is_known = |id: Id| {
+            let is_it = |source: &Source| matches!(source, Source::Mechanism { definition, .. } if definition.id == id);
+            simulation.mechanisms.iter().any(|added| added.id == id)
+                || found.members.iter().any(|member| is_it(&member.candidate.source))
+        };
         let (before, after) = (power(rows, &proof.own.calibrated), power(rows, &proof.own.after));
-        let unsteady = open_set::unsteady(&found.bench.rest(&found.fit), &rows.groups);
         let noise = found.noise_n * found.noise_n;
+        let rounding = found.coarse_step_n.filter(|_| !is_known(Id::ForceQuantisation));
+        let rounding = rounding.map(|step| (step * step / 12.0).min(0.9 * noise));
+        let unsteady = open_set::unsteady(&found.bench.rest(&found.fit), &rows.groups);
         let coherent = unsteady.share * noise;
         // what rounding leaves is noise that follows the force: it comes and goes with it
         let rounds = |run: &Run| quantum(&run.drag_force_n).is_some_and(|step| step > COARSE * found.noise_n);
         let is_unsteady = !side.runs.iter().any(rounds)
             && unsteady.p < UNSTEADY
             && coherent > UNSTEADY_SHARE * (before - noise + coherent);
-        let noise = if is_unsteady { noise - coherent } else { noise };
-        let mismatch = (before - noise).max(1e-3 * before);
-        let coming = if is_unsteady { (coherent / mismatch).min(1.0) } else { 0.0 };
-        let left = if found.members.is_empty() { 1.0 } else { ((after - noise) / mismatch).clamp(0.0, 1.0) };
+        let is_clipped = side.limit_n.is_some() && !is_known(Id::ForceSaturation);
+        let clipped = is_clipped.then(|| {
+            let of = proof.own.calibrated.iter().zip(&side.clipped).filter(|(x, clipped)| **clipped && x.is_finite());
+            of.map(|(x, _)| x * x).sum::<f64>() / rows.len().max(1) as f64
+        });
+        let in_noise = if is_unsteady { coherent } else { rounding.unwrap_or(0.0) };
+        let noise = noise - in_noise;
+        let mismatch = (before - noise).max(1e-3 * before) + clipped.unwrap_or(0.0);
+        let share = |power: f64| (power / mismatch).clamp(0.0, 1.0);
+        let left = if found.members.is_empty() { before - noise } else { after - noise };
         Balance {
             noise_n: noise.sqrt(),
             unexplained_n: (after - noise).max(0.0).sqrt(),
-            unexplained: (left - coming).max(0.0),
-            unsteady: is_unsteady.then_some(coming),
+            unexplained: (share(left) - share(in_noise)).max(0.0),
+            unsteady: is_unsteady.then(|| share(in_noise)),
+            p_steady: if is_unsteady { unsteady.p } else { 1.0 },
+            rounding: rounding.map(share),
+            clipped: clipped.map(share),
         }
+    }
+
+    /// Share that fitted causes have.
+    fn explained(&self) -> f64 {
+        let others = [self.unsteady, self.rounding, self.clipped];
+        (1.0 - self.unexplained - others.into_iter().flatten().sum::<f64>()).max(0.0)
     }
 }
 
@@ -74,7 +101,7 @@ pub(crate) fn write(
     proof: Proof,
     quality: &mut DataQuality,
 ) -> Result<(Diagnosis, Simulation), String> {
-    let balance = Balance::of(side, found, &proof);
+    let balance = Balance::of(simulation, side, found, &proof);
     let amplitudes = found.amplitudes();
     let forces: Vec<Vec<f64>> = found
         .members
@@ -86,8 +113,7 @@ pub(crate) fn write(
             (0..length).map(|n| raw.iter().zip(amplitudes).map(|(column, x)| column[n] * x).sum()).collect()
         })
         .collect();
-    let explained = 1.0 - balance.unexplained - balance.unsteady.unwrap_or(0.0);
-    let shares = shares(&found.bench.rows, &found.bench.tangent, &forces, explained);
+    let shares = shares(&found.bench.rows, &found.bench.tangent, &forces, balance.explained());
     let variances = found.fit.variances();
     let mut findings: Vec<(Finding, Option<Region>)> = found
         .members
@@ -105,8 +131,13 @@ pub(crate) fn write(
     } else if let Some(share) = balance.unsteady {
         findings.push((comes_and_goes(share), None));
     }
+    let rounding = found.coarse_step_n.zip(balance.rounding);
+    let clipped = side.limit_n.zip(balance.clipped);
+    findings.extend(rounding.map(|(step, share)| (quantisation(step, share), None)));
+    findings.extend(clipped.map(|(limit, share)| (saturation(limit, share), None)));
     let next_experiment = next_experiment(nominal, side, found, &findings);
     findings.sort_by(|a, b| b.0.share_of_mismatch.total_cmp(&a.0.share_of_mismatch));
+    let findings = with_one_unknown(findings);
     let (mechanisms, regions): (Vec<Finding>, Vec<Option<Region>>) = findings.into_iter().unzip();
     let mut written = (found.with_shifts.clone(), amplitudes);
     if nominal.is_incomplete() && !found.members.is_empty() {
@@ -118,12 +149,21 @@ pub(crate) fn write(
             ),
         }
     }
-    let augmented = augmented(nominal, &written.0, &found.members, &written.1, &mut quality.warnings);
+    let mut augmented = augmented(nominal, &written.0, &found.members, &written.1, &mut quality.warnings);
+    let shown = |id, shape: f64| Added { id, form: 0, shape: vec![shape], amplitudes: vec![1.0] };
+    let noise_over_step = |(step, _): (f64, f64)| (balance.noise_n / step).clamp(0.02, 0.5);
+    augmented.mechanisms.extend(rounding.map(|it| shown(Id::ForceQuantisation, noise_over_step(it))));
+    augmented.mechanisms.extend(clipped.map(|(limit, _)| shown(Id::ForceSaturation, limit)));
     let signature = if mechanisms.is_empty() { "nothing beyond the noise" } else { "the rest is noise-like" };
     let diagnosis = Diagnosis {
         schema: SCHEMA,
         verdict: verdict(&mechanisms, balance.unexplained),
-        p_no_mismatch: found.p_no_mismatch,
+        // what a channel shows by itself is no matter of chance
+        p_no_mismatch: if rounding.is_some() || clipped.is_some() {
+            0.0
+        } else {
+            found.p_no_mismatch.min(balance.p_steady)
+        },
         noise_floor_n: balance.noise_n,
         holdout: proof.holdout,
         regions: regions.into_iter().flatten().collect(),
@@ -138,6 +178,19 @@ pub(crate) fn write(
         data_quality: std::mem::take(quality),
     };
     Ok((diagnosis, augmented))
+}
+
+/// All that has no name as one finding: the largest speaks for it.
+fn with_one_unknown(findings: Vec<(Finding, Option<Region>)>) -> Vec<(Finding, Option<Region>)> {
+    let mut written: Vec<(Finding, Option<Region>)> = Vec::new();
+    for (finding, region) in findings {
+        match written.iter_mut().find(|(other, _)| other.kind == "unknown" && finding.kind == "unknown") {
+            Some((largest, _)) => largest.share_of_mismatch += finding.share_of_mismatch,
+            None => written.push((finding, region)),
+        }
+    }
+    written.sort_by(|a, b| b.0.share_of_mismatch.total_cmp(&a.0.share_of_mismatch));
+    written
 }
 
 fn verdict(mechanisms: &[Finding], unexplained: f64) -> Verdict {

@@ -84,7 +84,6 @@ fn attempt(
             return Err(reason);
         }
     }
-    let channel_ends_n = sanity::channel_ends(runs);
     let together = factor(runs);
     let (fewer, fewer_held) = (shorter(runs, together), shorter(holdout, together));
     let (runs, holdout) = (fewer.as_deref().unwrap_or(runs), fewer_held.as_deref().unwrap_or(holdout));
@@ -96,8 +95,7 @@ fn attempt(
     }
     let smooth = smoothed(runs, &motions);
     let parts = (runs, motions.as_slice(), smooth.as_slice());
-    let mut side = Side::new(simulation, &nominal, &nominal.start(), parts, together > 1, quality)?;
-    side.channel_ends_n = channel_ends_n;
+    let side = Side::new(simulation, &nominal, &nominal.start(), parts, together > 1, quality)?;
     quality.count_averages(together);
     if quality.used < sanity::FEWEST_ROWS {
         return Err(format!(

@@ -3,6 +3,7 @@
 use simulation::mechanism::library;
 
 use crate::bench::{Bench, Candidate, Member};
+use crate::linear::{Cholesky, Symmetric, dot, products};
 use crate::search::{Pool, Tolerances, refine, simplicity};
 
 /// Rivals this many nats behind are still in the race.
@@ -11,12 +12,22 @@ const TIE: f64 = 3.0;
 /// A rival that explains this share of the evidence differs by less than what two writings of one cause differ by.
 pub(crate) const NEAR: f64 = 0.004;
 
+/// Share of a force that makes no difference between two.
+const SAME: f64 = 1e-4;
+
 /// A cause with its rivals.
 pub(crate) struct Set {
     /// Simplest first; the first one leads.
     pub(crate) candidates: Vec<Candidate>,
     /// Probability that the true cause is among them, by the evidence against the others.
     pub(crate) confidence: f64,
+}
+
+impl Set {
+    /// What has no name has no rivals.
+    pub(crate) fn alone(candidate: Candidate) -> Self {
+        Set { candidates: vec![candidate], confidence: 0.95 }
+    }
 }
 
 /// The rivals of a member that do as well in its place.
@@ -62,7 +73,36 @@ pub(crate) fn of(
         }
     }
     candidates.sort_by_key(|candidate| simplicity(&candidate.source));
+    let constants: Vec<Candidate> = candidates.iter().filter(|c| is_constant(bench, c)).cloned().collect();
+    candidates.retain(|candidate| !constants.iter().any(|constant| is_with_more(candidate, constant)));
     Set { candidates, confidence: (1.0 / (1.0 + against)).clamp(0.5, 0.99) }
+}
+
+/// Whether a cause has one size wherever it acts.
+fn is_constant(bench: &Bench<'_>, candidate: &Candidate) -> bool {
+    let columns = bench.raw(&candidate.source).unwrap_or_default();
+    candidate.source.is_minimal() && columns.iter().flatten().all(|x| *x == 0.0 || x.abs() == 1.0)
+}
+
+/// Whether a rival is a constant with something beside it that does not show: a drift that does not drift is an offset,
+/// and need not be listed beside it.
+fn is_with_more(rich: &Candidate, constant: &Candidate) -> bool {
+    rich.freedom() > constant.freedom()
+        && !constant.source.is_kin(&rich.source)
+        && constant.columns.iter().all(|column| left_by(column, &rich.columns) < SAME)
+}
+
+/// Share of a column's square that others do not imitate.
+fn left_by(column: &[f32], others: &[Vec<f32>]) -> f64 {
+    let others: Vec<&[f32]> = others.iter().map(Vec::as_slice).collect();
+    let between = products(&others, &others);
+    let mut a = Symmetric::zeros(others.len());
+    for (n, product) in between.into_iter().enumerate() {
+        a.set(n / others.len(), n % others.len(), product);
+    }
+    let forward = Cholesky::of(&a).forward(&products(&others, &[column]));
+    let own = products(&[column], &[column])[0];
+    if own > 0.0 { 1.0 - dot(&forward, &forward) / own } else { 0.0 }
 }
 
 /// The run that settles best between rivals, by the library's own advice: the one that most of them ask for.

@@ -2,6 +2,7 @@
 
 use simulation::mechanism::{Id, Kind, definition};
 
+use crate::adequacy::Doubt;
 use crate::bench::{Bench, Fit, Member, Source};
 use crate::events::{Number, Spots};
 use crate::nominal::Nominal;
@@ -26,6 +27,31 @@ pub(crate) fn comes_and_goes(share: f64) -> Finding {
     }
 }
 
+/// A number that a channel shows by itself, and what follows from it.
+fn shown(id: Id, number: (&str, f64), share: f64) -> Finding {
+    let (name, value) = number;
+    Finding {
+        id: id.name().to_owned(),
+        kind: "sensor",
+        confidence: 0.95,
+        equivalents: Vec::new(),
+        carried_over: None,
+        parameters: vec![Estimate { name: name.to_owned(), value, ci95: [value; 2], unit: "N".to_owned() }],
+        share_of_mismatch: share,
+        statement: definition(id).statement.to_owned(),
+    }
+}
+
+/// A force channel that counts in steps as coarse as the noise.
+pub(crate) fn quantisation(step_n: f64, share: f64) -> Finding {
+    shown(Id::ForceQuantisation, ("step_n", step_n), share)
+}
+
+/// A force channel that ends before the force does.
+pub(crate) fn saturation(limit_n: f64, share: f64) -> Finding {
+    shown(Id::ForceSaturation, ("limit_n", limit_n), share)
+}
+
 /// Spots that no form of the library has a place for.
 pub(crate) fn contamination(spots: &Spots) -> Finding {
     let number = |name: &str, number: Number, unit: &str| Estimate {
@@ -47,6 +73,28 @@ pub(crate) fn contamination(spots: &Spots) -> Finding {
         ],
         share_of_mismatch: spots.share,
         statement: definition(Id::Contamination).statement.to_owned(),
+    }
+}
+
+/// What the library has no name for, modelled by the cause that comes nearest.
+fn stands_in(source: &Source, doubt: Doubt, share: f64) -> Finding {
+    let id = id_of(source);
+    let why = match doubt {
+        Doubt::Uneven => "its size is not the same throughout the recording".to_owned(),
+        Doubt::AtTheEnd(number) => format!("its {number} lies at the end of what it can be"),
+    };
+    Finding {
+        id: "unknown".to_owned(),
+        kind: "unknown",
+        confidence: 0.9,
+        equivalents: Vec::new(),
+        carried_over: None,
+        parameters: Vec::new(),
+        share_of_mismatch: share,
+        statement: format!(
+            "Something that the library has no name for: {id} comes nearest and stands in for it in the augmented \
+             simulation, but {why}."
+        ),
     }
 }
 
@@ -75,6 +123,9 @@ pub(crate) fn finding(
     let (bench, fit, member, set) = (&found.bench, &found.fit, &found.members[at], &found.sets[at]);
     let calibrated = &found.calibrated;
     let source = &member.candidate.source;
+    if let Some(doubt) = found.doubts[at] {
+        return stands_in(source, doubt, share);
+    }
     let deviation =
         |column: usize| fit.active.iter().position(|a| *a == column).map_or(f64::NAN, |at| variances[at].sqrt());
     let mut equivalents: Vec<String> = Vec::new();
@@ -124,11 +175,11 @@ pub(crate) fn finding(
             ("parameter", text)
         }
         Source::Story { curve } => {
-            let mut text = format!(
-                "Something that the library has no name for acts along {}, {}",
-                curve.axis.name(),
-                curve.carrier.words()
-            );
+            let along = match curve.period_s() {
+                Some(period) => format!("repeats every {period:.4} s"),
+                None => format!("acts along {}", curve.axis.name()),
+            };
+            let mut text = format!("Something that the library has no name for {along}, {}", curve.carrier.words());
             if let Some(formula) = open_set::formula(source, amplitudes) {
                 text.push_str(&format!("; about {formula}, x in {}", curve.axis.unit()));
             }

@@ -24,9 +24,11 @@
 #![allow(clippy::neg_cmp_op_on_partial_ord, reason = "what is not a number must fall on the side of refusal")]
 #![allow(clippy::needless_range_loop, reason = "indices of matrices read as the equations do")]
 
+mod adequacy;
 mod answer;
 mod bench;
 mod calibration;
+mod clock;
 mod column_law;
 mod condense;
 mod considered;

@@ -4,7 +4,9 @@
 //! names that still earn their place next to it, so that the error falls although the name is missing.
 
 use crate::bench::{Bench, Candidate, Gain, Member, Source};
+use crate::clock::clocks;
 use crate::search::{Pool, Tolerances, is_open, is_relevant, ranked};
+use crate::story::Axis;
 
 /// A curve must lead by this many nats ..
 const LEAD: f64 = 10.0;
@@ -15,18 +17,21 @@ const SHARE: f64 = 0.15;
 /// .. or by this one where it takes the place of several names.
 const SHARE_OF_MANY: f64 = 0.06;
 
-/// Takes up curves as long as one explains clearly more than the names do.
+/// Takes up curves as long as one explains clearly more than the names do. Answers the p-value of the surest, 1 without.
 pub(crate) fn extend(
     bench: &mut Bench<'_>,
     pool: &mut Pool,
     tolerances: &Tolerances<'_>,
     members: &mut Vec<Member>,
     floor_n: f64,
-) {
+) -> f64 {
+    let mut surest = 1.0f64;
     for _ in 0..2 {
-        let Some(better) = best(bench, pool, tolerances, members, floor_n) else { return };
+        let Some((better, p)) = best(bench, pool, tolerances, members, floor_n) else { return surest };
         *members = better;
+        surest = surest.min(p);
     }
+    surest
 }
 
 fn best(
@@ -35,12 +40,12 @@ fn best(
     tolerances: &Tolerances<'_>,
     members: &[Member],
     floor_n: f64,
-) -> Option<Vec<Member>> {
+) -> Option<(Vec<Member>, f64)> {
     let law = bench.fit(&bench.law());
     let now = bench.fit_members(members);
     let evidence = 0.5 * (law.rss - now.rss);
     let named = evidence - cost(bench, members);
-    let mut found: Option<(f64, Vec<Member>)> = None;
+    let mut found: Option<(f64, usize, Vec<Member>)> = None;
     // curves that lead beside the names, and curves that lead alone: a wrong name hides the curve it imitates
     let mut leading: Vec<usize> = Vec::new();
     for fit in [&now, &law] {
@@ -48,8 +53,13 @@ fn best(
     }
     leading.sort_unstable();
     leading.dedup();
-    for index in leading {
-        let curve = pool.stories[index].clone();
+    let mut curves: Vec<(Candidate, usize)> =
+        leading.into_iter().map(|index| (pool.stories[index].clone(), 1)).collect();
+    for fit in [&now, &law].into_iter().take(1 + usize::from(!members.is_empty())) {
+        let (clocks, tried) = clocks(bench, fit);
+        curves.extend(clocks.into_iter().map(|clock| (clock, tried)));
+    }
+    for (curve, tried) in curves {
         if members.iter().any(|member| member.candidate.source.is_kin(&curve.source)) {
             continue;
         }
@@ -63,20 +73,21 @@ fn best(
         let score = all - cost(bench, &with);
         let replaced = (members.len() + 1).saturating_sub(with.len());
         let share = if replaced >= 2 { SHARE_OF_MANY } else { SHARE };
-        if score > named + LEAD.max(share * all) && found.as_ref().is_none_or(|(best, _)| score > *best) {
-            found = Some((score, with));
+        if score > named + LEAD.max(share * all) && found.as_ref().is_none_or(|(best, ..)| score > *best) {
+            found = Some((score, tried, with));
         }
     }
-    let (_, with) = found?;
+    let (_, tried, with) = found?;
     // the same two locks as for a name
     let (curve, others) = with.split_last()?;
     let fit = bench.fit_members(others);
     let mut candidate: Candidate = curve.candidate.clone();
     bench.prepare(&mut candidate, &fit.active);
     let gain: Gain = bench.gain(&candidate, &fit);
-    let opens = is_relevant(bench, &candidate, &gain, floor_n)
-        && is_open(&bench.locks(&candidate, &gain, others), pool.kinds + pool.stories.len(), 1);
-    opens.then_some(with)
+    let locks = bench.locks(&candidate, &gain, others);
+    let kinds = pool.kinds + pool.stories.len();
+    let opens = is_relevant(bench, &candidate, &gain, floor_n) && is_open(&locks, kinds, tried);
+    opens.then(|| (with, locks.p_among(kinds, tried)))
 }
 
 /// What the freedom of the members costs, nats.
@@ -167,6 +178,9 @@ fn correlation(window: &[f32], lag: usize) -> Option<f64> {
 /// A short formula for a curve, where one of four shapes with at most two free numbers follows its knots.
 pub(crate) fn formula(source: &Source, amplitudes: &[f64]) -> Option<String> {
     let Source::Story { curve } = source else { return None };
+    if curve.axis == Axis::Clock {
+        return None;
+    }
     let points: Vec<(f64, f64)> =
         curve.knots.iter().zip(amplitudes).filter(|(x, y)| **x > 0.0 && **y != 0.0).map(|(x, y)| (*x, *y)).collect();
     if points.len() < 4 {
@@ -210,7 +224,7 @@ fn line(points: &[(f64, f64)]) -> (f64, f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::story::{Axis, Carrier, Curve};
+    use crate::story::{Carrier, Curve};
 
     #[test]
     fn bursts_are_unsteady_and_noise_of_changing_level_is_not() {

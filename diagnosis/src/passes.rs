@@ -3,6 +3,7 @@
 use simulation::Simulation;
 use simulation::file::PositionReference;
 
+use crate::adequacy::{Doubt, doubts};
 use crate::bench::{Bench, Fit, Member, Source};
 use crate::calibration::{moved, prior, shifted};
 use crate::considered;
@@ -13,6 +14,7 @@ use crate::open_set;
 use crate::report::Considered;
 use crate::rest::{noise_rms, rms, shares, whiteness};
 use crate::rows::Rows;
+use crate::sanity::quantum;
 use crate::saturation::Saturation;
 use crate::search::{Pool, Tolerances, search};
 use crate::side::Side;
@@ -30,6 +32,10 @@ const COLOURED: f64 = 0.1;
 /// false on the development sets.
 const LEAST_SHARE: f64 = 0.002;
 
+/// Rounding, of the noise (in which it is), from which it is a fault of the channel; a channel that noise carries over
+/// its steps has none.
+const COARSE: f64 = 0.35;
+
 /// Most searches.
 const MOST_PASSES: usize = 3;
 
@@ -40,6 +46,8 @@ pub(crate) type Kept = Option<(Rows, Pool)>;
 pub(crate) struct Found<'s> {
     pub(crate) bench: Bench<'s>,
     pub(crate) members: Vec<Member>,
+    /// Why a member only stands in for what has no name.
+    pub(crate) doubts: Vec<Option<Doubt>>,
     /// What the recording cannot tell from each member.
     pub(crate) sets: Vec<Set>,
     /// What else was considered.
@@ -50,6 +58,8 @@ pub(crate) struct Found<'s> {
     pub(crate) with_shifts: Vec<f64>,
     pub(crate) p_no_mismatch: f64,
     pub(crate) noise_n: f64,
+    /// Step in which the force channel counts, N, where that is a good part of the noise.
+    pub(crate) coarse_step_n: Option<f64>,
 }
 
 impl Found<'_> {
@@ -93,17 +103,19 @@ pub(crate) fn run<'s>(
             prior(nominal, &values),
         );
         bench.is_relative = simulation.axis.position_reference == PositionReference::Relative;
-        bench.channel_ends_n.clone_from(&side.channel_ends_n);
         bench.largest = rows.white(&side.drag_n).iter().map(|x| f64::from(*x) * f64::from(*x)).sum();
         let mut pool = match kept.take().filter(|(of, _)| of.whiten_alike(&rows)) {
             Some((_, pool)) => pool.again(&bench, &tolerances),
             None => Pool::new(&bench, &tolerances, &saturation.curves),
         };
         let noise = noise_rms(&rows, &saturation.rest(&rows, &side.contexts, &mismatch, &tangent, &[]));
-        let floor_n = (simulation.tolerance.relevance * drag_rms).max(FLOOR_OF_NOISE * noise);
+        let step_n = coarse_step(side, noise);
+        // what is smaller than the rounding cannot be told from it
+        let rounding_n = step_n.map_or(0.0, |step| step / 12.0f64.sqrt());
+        let floor_n = (simulation.tolerance.relevance * drag_rms).max(FLOOR_OF_NOISE * noise).max(rounding_n);
         let first = search(&mut bench, &mut pool, &tolerances, floor_n);
         let mut members = first.members;
-        open_set::extend(&mut bench, &mut pool, &tolerances, &mut members, floor_n);
+        let p_of_curve = open_set::extend(&mut bench, &mut pool, &tolerances, &mut members, floor_n);
         let fit = bench.fit_members(&members);
         let mut extra = Vec::new();
         for member in &members {
@@ -131,18 +143,37 @@ pub(crate) fn run<'s>(
         }
         let noise_n = noise_rms(&rows, &left);
         drop_small(&bench, &mut members);
-        let sets = tell_apart(&mut bench, &mut pool, &tolerances, &mut members);
+        let doubts = doubted(&mut bench, &mut pool, &tolerances, &mut members, floor_n);
+        let sets = tell_apart(&mut bench, &mut pool, &tolerances, &mut members, &doubts);
         let equivalents: Vec<String> =
             sets.iter().flat_map(|set| &set.candidates).map(|candidate| id_of(&candidate.source)).collect();
         let considered = considered::of(&bench, &mut pool, &tolerances, &members, &equivalents);
         let fit = bench.fit_members(&members);
         let calibrated = moved(nominal, &values, &fit.values[..values.len()]);
         let with_shifts = shifted(nominal, &calibrated, &members, &amplitudes(&members, &fit));
-        let p_no_mismatch = first.p_no_mismatch;
+        let p_no_mismatch = first.p_no_mismatch.min(p_of_curve);
         *kept = Some((rows, pool));
-        return Ok(Found { bench, members, sets, considered, fit, calibrated, with_shifts, p_no_mismatch, noise_n });
+        return Ok(Found {
+            bench,
+            members,
+            doubts,
+            sets,
+            considered,
+            fit,
+            calibrated,
+            with_shifts,
+            p_no_mismatch,
+            noise_n,
+            coarse_step_n: step_n,
+        });
     }
     Err("the search did not end".to_owned())
+}
+
+/// Step of the force channel where its rounding is a good part of the noise.
+fn coarse_step(side: &Side<'_>, noise_n: f64) -> Option<f64> {
+    let steps = side.runs.iter().filter_map(|run| quantum(&run.drag_force_n));
+    steps.max_by(f64::total_cmp).filter(|step| step / 12.0f64.sqrt() > COARSE * noise_n)
 }
 
 /// Drops, the smallest first, members that carry next to nothing of what all explain together.
@@ -168,10 +199,43 @@ fn drop_small(bench: &Bench<'_>, members: &mut Vec<Member>) {
     }
 }
 
+/// Doubts about the members, which may make room for a curve: one without a name that does better than doubted names do.
+fn doubted(
+    bench: &mut Bench<'_>,
+    pool: &mut Pool,
+    tolerances: &Tolerances<'_>,
+    members: &mut Vec<Member>,
+    floor_n: f64,
+) -> Vec<Option<Doubt>> {
+    let found = doubts(bench, &bench.fit_members(members), members);
+    if found.iter().all(Option::is_none) {
+        return found;
+    }
+    let mut with: Vec<Member> =
+        members.iter().zip(&found).filter(|(_, doubt)| doubt.is_none()).map(|(member, _)| member.clone()).collect();
+    let sure = with.len();
+    let _ = open_set::extend(bench, pool, tolerances, &mut with, floor_n);
+    if with.len() > sure && bench.fit_members(&with).rss < bench.fit_members(members).rss {
+        *members = with;
+        return doubts(bench, &bench.fit_members(members), members);
+    }
+    found
+}
+
 /// The rivals of every member; the simplest of a set leads.
-fn tell_apart(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>, members: &mut [Member]) -> Vec<Set> {
+fn tell_apart(
+    bench: &mut Bench<'_>,
+    pool: &mut Pool,
+    tolerances: &Tolerances<'_>,
+    members: &mut [Member],
+    doubts: &[Option<Doubt>],
+) -> Vec<Set> {
     let mut sets = Vec::new();
     for at in 0..members.len() {
+        if doubts[at].is_some() {
+            sets.push(Set::alone(members[at].candidate.clone()));
+            continue;
+        }
         let set = equivalents::of(bench, pool, tolerances, members, at);
         if let Some(lead) = set.candidates.first()
             && !lead.source.is_kin(&members[at].candidate.source)

@@ -24,6 +24,12 @@ pub(crate) fn region(
         let at = definition.forms[*form].shape.iter().position(|parameter| parameter.unit == unit)?;
         return Some(Region { axis: definition.axis, from: shape[at], to: shape[at], unit, share, id: id.to_owned() });
     }
+    if let Source::Story { curve } = source
+        && let Some(period_s) = curve.period_s()
+    {
+        let hz = 1.0 / period_s;
+        return Some(Region { axis: axis_name, from: hz, to: hz, unit: "Hz", share, id: id.to_owned() });
+    }
     let axis = Axis::of_name(axis_name)?;
     let mut points: Vec<(f64, f64)> = Vec::new();
     let mut start = 0;

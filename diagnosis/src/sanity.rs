@@ -38,6 +38,8 @@ pub(crate) fn compared(
         }
     };
     reject("no-finite-force", &mut |n| !run.drag_force_n[n].is_finite());
+    let ends = ChannelEnds::of(&run.drag_force_n);
+    reject(CLIPPED, &mut |n| ends.has(run.drag_force_n[n]));
     let direction = &steady.direction;
     reject("slower-than-zero-speed", &mut |n| direction[n] == 0.0);
     let mut near = vec![false; rows];
@@ -180,29 +182,48 @@ fn at_rails(x: &[f64], low: f64, high: f64) -> Option<f64> {
         .max_by(f64::total_cmp)
 }
 
-/// Sizes of the force at which the channel of some run ends, N.
-pub(crate) fn channel_ends(runs: &[Run]) -> Vec<f64> {
-    let mut ends: Vec<f64> = runs.iter().filter_map(|run| channel_end(&run.drag_force_n)).collect();
-    ends.sort_unstable_by(f64::total_cmp);
-    ends.dedup_by(|b, a| *b - *a < 1e-3 * *a);
-    ends
-}
+/// Values of the force at which its channel ends, N: more rows lie at exactly that value than beside it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ChannelEnds(Vec<f64>);
 
-/// Size of the force at which its channel ends: more rows lie at exactly that value than beside it.
-fn channel_end(x: &[f64]) -> Option<f64> {
-    let (low, high) = extremes(x);
-    let step = quantum(x).unwrap_or(0.0);
-    let width = 0.002 * (high - low) + step;
-    [low, high]
-        .into_iter()
-        .filter(|edge| {
+impl ChannelEnds {
+    pub(crate) fn of(x: &[f64]) -> Self {
+        let (low, high) = extremes(x);
+        if !(high > low) {
+            return ChannelEnds::default();
+        }
+        let step = quantum(x).unwrap_or(0.0);
+        // where no value comes twice by noise, one that does is a plateau of a force without any
+        let often = if step > 0.0 { 0 } else { most_often(x, low, high) };
+        let width = 0.002 * (high - low) + step;
+        let is_end = |edge: &f64| {
             let on = x.iter().filter(|x| *x == edge).count();
             let beside = x.iter().filter(|x| *x != edge && (*x - edge).abs() <= width).count();
-            on >= ON_THE_EDGE && on > 3 * beside
-        })
-        .map(f64::abs)
-        .min_by(f64::total_cmp)
+            on >= ON_THE_EDGE && on > 3 * beside.max(often)
+        };
+        ChannelEnds([low, high].into_iter().filter(is_end).collect())
+    }
+
+    /// Whether a force lies there.
+    pub(crate) fn has(&self, force_n: f64) -> bool {
+        self.0.contains(&force_n)
+    }
+
+    /// The smaller size of both, N.
+    pub(crate) fn limit_n(&self) -> Option<f64> {
+        self.0.iter().map(|end| end.abs()).min_by(f64::total_cmp)
+    }
 }
+
+/// How often the commonest value between both ends comes.
+fn most_often(x: &[f64], low: f64, high: f64) -> usize {
+    let mut between: Vec<f64> = x.iter().copied().filter(|x| *x > low && *x < high).collect();
+    between.sort_unstable_by(f64::total_cmp);
+    between.chunk_by(|a, b| a == b).map(<[f64]>::len).max().unwrap_or(0)
+}
+
+/// Reason of a row at an end of the force channel: what the force was is not known.
+const CLIPPED: &str = "at-an-end-of-the-force-channel";
 
 /// Rows at exactly the end of a channel that are no chance.
 const ON_THE_EDGE: usize = 8;

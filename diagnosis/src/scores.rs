@@ -101,7 +101,8 @@ impl Scene<'_> {
     /// Force of a member; `None` where it is bound to places that another recording does not share.
     fn force(&self, contexts: &[Context<'_>], at: usize, crosses: bool) -> Option<Vec<f64>> {
         let member = &self.found.members[at];
-        if crosses && self.is_relative && is_phase_bound(&member.candidate.source) {
+        let source = &member.candidate.source;
+        if crosses && (is_clock(source) || (self.is_relative && is_phase_bound(source))) {
             return None;
         }
         let columns = raw_columns(&member.candidate.source, contexts)?;
@@ -167,6 +168,11 @@ fn carriers(context: &Context<'_>) -> impl Iterator<Item = [f64; 4]> {
         let force = if force.is_finite() { *force } else { 0.0 };
         [1.0, *direction, force, direction * force]
     })
+}
+
+/// Whether a cause follows a clock of which another recording does not tell the time.
+fn is_clock(source: &Source) -> bool {
+    matches!(source, Source::Story { curve } if curve.axis == Axis::Clock)
 }
 
 fn is_phase_bound(source: &Source) -> bool {

@@ -84,18 +84,15 @@ impl Pool {
         let mut kinds = 0;
         let ends = span(bench);
         let (mut waves, span_m) = (Vec::new(), (ends.1 - ends.0).max(0.0));
-        for definition in library() {
+        // what the channel itself shows is no matter of a fit
+        for definition in library().iter().filter(|definition| definition.id != Id::ForceSaturation) {
             let before = causes.len();
             if definition.forms.first().is_some_and(is_wave) {
                 waves.push(definition);
                 kinds += 1;
                 continue;
             }
-            let shapes = match definition.id {
-                // what the channel itself shows is no matter of a fit
-                Id::ForceSaturation => bench.channel_ends_n.iter().map(|limit| vec![*limit]).collect(),
-                _ => definition.forms.first().map(|form| grid(form, MOST_POINTS, ends)).unwrap_or_default(),
-            };
+            let shapes = definition.forms.first().map(|form| grid(form, MOST_POINTS, ends)).unwrap_or_default();
             let minimal = shapes.into_iter().map(|shape| Source::Mechanism { definition, form: 0, shape });
             let shapeless = (1..definition.forms.len()).filter(|form| definition.forms[*form].shape.is_empty());
             let richer = shapeless.map(|form| Source::Mechanism { definition, form, shape: Vec::new() });
@@ -183,7 +180,7 @@ impl Pool {
             }
             if is_wave(what) && !self.waves.iter().any(|wave| wave.id == definition.id) {
                 self.tune(bench, left, definition, &mut Vec::new());
-            } else if form > 0 && !what.shape.is_empty() && !is_wave(what) && definition.id != Id::ForceSaturation {
+            } else if form > 0 && !what.shape.is_empty() && !is_wave(what) {
                 let shapes = grid_around(what, MOST_POINTS_OF_RICHER, span(bench), &shared);
                 let source = |shape| Source::Mechanism { definition, form, shape };
                 self.causes.extend(bench.candidates(shapes.into_iter().map(source)));
@@ -286,9 +283,6 @@ pub(crate) fn refine(bench: &Bench<'_>, candidate: &Candidate, fit: &Fit) -> (Ca
     bench.prepare(&mut best, &fit.active);
     let mut gain = bench.gain(&best, fit);
     let Source::Mechanism { definition, form, .. } = best.source else { return (best, gain) };
-    if definition.id == Id::ForceSaturation {
-        return (best, gain);
-    }
     let parameters = definition.forms[form].shape;
     let mut steps: Vec<f64> = match &best.source {
         Source::Mechanism { shape, .. } => {

@@ -8,7 +8,7 @@ use simulation::run::Run;
 
 use crate::nominal::Nominal;
 use crate::report::DataQuality;
-use crate::sanity;
+use crate::sanity::{self, ChannelEnds};
 
 /// Runs with everything that follows from their motion.
 pub(crate) struct Side<'a> {
@@ -22,8 +22,10 @@ pub(crate) struct Side<'a> {
     /// Force that the simulation file's own mechanisms add, N.
     pub(crate) own_mechanisms_n: Vec<f64>,
     pub(crate) drag_n: Vec<f64>,
-    /// Sizes at which the force channel of a run ends, N, as far as it shows them.
-    pub(crate) channel_ends_n: Vec<f64>,
+    /// Rows at an end of the force channel, of all runs laid end to end.
+    pub(crate) clipped: Vec<bool>,
+    /// Size of the force at which the channel ends, N, where a run shows it.
+    pub(crate) limit_n: Option<f64>,
     /// Whether every row is an average of several.
     pub(crate) is_averaged: bool,
 }
@@ -46,13 +48,17 @@ impl<'a> Side<'a> {
             compared: Vec::new(),
             own_mechanisms_n: Vec::new(),
             drag_n: Vec::new(),
-            channel_ends_n: Vec::new(),
+            clipped: Vec::new(),
+            limit_n: None,
             is_averaged,
         };
         let complete = nominal.completed(values);
         for (run, motion) in runs.iter().zip(smooth) {
             let context = Context::of(&complete, run, motion).map_err(|why| said(run, &why))?;
             side.compared.extend(sanity::compared(run, motion, &context.steady, is_averaged, quality));
+            let ends = ChannelEnds::of(&run.drag_force_n);
+            side.clipped.extend(run.drag_force_n.iter().map(|force| ends.has(*force)));
+            side.limit_n = ends.limit_n().into_iter().chain(side.limit_n).min_by(f64::total_cmp);
             let start = side.own_mechanisms_n.len();
             side.own_mechanisms_n.resize(start + run.len(), 0.0);
             for added in &simulation.mechanisms {
@@ -102,8 +108,7 @@ impl<'a> Side<'a> {
     /// The same where the law's numbers have other values.
     pub(crate) fn again(&self, simulation: &Simulation, nominal: &Nominal, values: &[f64]) -> Result<Self, String> {
         let parts = (self.runs, self.motions, self.smooth);
-        let side = Side::new(simulation, nominal, values, parts, self.is_averaged, &mut DataQuality::default())?;
-        Ok(Side { channel_ends_n: self.channel_ends_n.clone(), ..side })
+        Side::new(simulation, nominal, values, parts, self.is_averaged, &mut DataQuality::default())
     }
 
     pub(crate) fn step_s(&self) -> f64 {

@@ -42,6 +42,8 @@ pub(crate) enum Axis {
     Acceleration,
     ReversalDistance,
     Dwell,
+    /// Time within a period: what follows another machine's clock. Found by spectrum, hence not among [`Axis::ALL`].
+    Clock,
 }
 
 impl Axis {
@@ -74,6 +76,7 @@ impl Axis {
             Axis::Acceleration => "acceleration",
             Axis::ReversalDistance => "reversal-distance",
             Axis::Dwell => "dwell",
+            Axis::Clock => "frequency",
         }
     }
 
@@ -87,7 +90,7 @@ impl Axis {
             Axis::Velocity => "m/s",
             Axis::Load | Axis::Preload => "N",
             Axis::Position | Axis::Travel | Axis::ReversalDistance => "m",
-            Axis::Time | Axis::Dwell => "s",
+            Axis::Time | Axis::Dwell | Axis::Clock => "s",
             Axis::Temperature | Axis::TemperatureDifference => "degC",
             Axis::Acceleration => "m/s2",
         }
@@ -115,6 +118,7 @@ impl Axis {
             Axis::Acceleration => Some(motion.acceleration_m_s2.clone()),
             Axis::ReversalDistance => Some(context.since_reversal_m.clone()),
             Axis::Dwell => Some(context.dwell_s.clone()),
+            Axis::Clock => Some(run.time_s.clone()),
         }
     }
 
@@ -130,7 +134,7 @@ impl Axis {
             knots
         };
         match self {
-            Axis::Direction => Vec::new(),
+            Axis::Direction | Axis::Clock => Vec::new(),
             Axis::ReversalDistance => vec![0.0, 2e-5, 5e-5, 1e-4, 2e-4, 4e-4, 1e-3],
             Axis::Dwell => vec![0.0, 0.3, 1.0, 3.0, 10.0, 100.0, 1000.0],
             Axis::Position => uniform(24),
@@ -151,6 +155,9 @@ impl Axis {
         }
     }
 }
+
+/// Knots of a curve that repeats.
+const CLOCK_KNOTS: usize = 12;
 
 /// A curve along an axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -212,7 +219,23 @@ impl Curve {
         if let Some(idle) = self.idle_knot() {
             columns.remove(idle);
         }
+        if self.axis == Axis::Clock
+            && let (Some(end), [start, ..]) = (columns.pop(), columns.as_mut_slice())
+        {
+            start.iter_mut().zip(end).for_each(|(start, end)| *start += end);
+        }
         columns
+    }
+
+    /// The curve that repeats after a period, s.
+    pub(crate) fn clock(period_s: f64, carrier: Carrier) -> Self {
+        let knots = (0..=CLOCK_KNOTS).map(|k| period_s * k as f64 / CLOCK_KNOTS as f64).collect();
+        Curve { axis: Axis::Clock, carrier, knots }
+    }
+
+    /// Period of a clock, s.
+    pub(crate) fn period_s(&self) -> Option<f64> {
+        self.knots.last().copied().filter(|_| self.axis == Axis::Clock)
     }
 
     /// Takes the curve with these heights, one a column, from a force over the rows of one run.
@@ -227,6 +250,9 @@ impl Curve {
         if let Some(idle) = self.idle_knot() {
             heights.insert(idle, 0.0);
         }
+        if self.axis == Axis::Clock {
+            heights.extend(heights.first().copied());
+        }
         self.each(context, |row, low, [below, above]| force[row] -= below * heights[low] + above * heights[low + 1]);
     }
 
@@ -234,6 +260,7 @@ impl Curve {
     pub(crate) fn len(&self) -> usize {
         match self.axis {
             Axis::Direction => 2,
+            Axis::Clock => self.knots.len() - 1,
             _ => self.knots.len() - usize::from(self.idle_knot().is_some()),
         }
     }
@@ -252,6 +279,7 @@ impl Curve {
         let Some(values) = self.axis.values(context) else { return };
         let last = self.knots.len() - 2;
         for (n, value) in values.iter().enumerate().filter(|(_, value)| value.is_finite()) {
+            let value = &self.period_s().map_or(*value, |period| value.rem_euclid(period));
             let carrier = match self.carrier {
                 Carrier::Even => 1.0,
                 Carrier::Odd => context.direction[n],

@@ -1,0 +1,113 @@
+//! Periods in time at which a rest repeats: what another machine does on its own clock.
+//!
+//! As [`crate::spectrum`] does for waves along the rail, one Fourier transform over the time tells every period. A clock's
+//! force has edges, so that its first orders are taken together.
+
+use rustfft::FftPlanner;
+use rustfft::num_complex::Complex;
+
+use crate::bench::{Bench, Candidate, Fit, Source};
+use crate::story::{Carrier, Curve};
+
+/// Shortest period, s; the longest is a part of the recording.
+const SHORTEST_S: f64 = 0.5;
+const PERIODS: f64 = 5.0;
+
+/// Orders that are taken together.
+const ORDERS: usize = 3;
+
+/// Places of the transform a second, and how often the recording fits into it.
+const PER_S: f64 = 4.0 * ORDERS as f64 / SHORTEST_S;
+const PADDED: f64 = 4.0;
+
+/// Most places: a recording of hours needs no more to show what repeats within a minute.
+const MOST_BINS: usize = 1 << 20;
+
+/// Peaks that are pointed out for every carrier.
+const PEAKS: usize = 2;
+
+/// Squared rise that a peak must promise to be pointed out: far less than what a curve costs, more than noise shows.
+const LEAST_GAIN: f64 = 40.0;
+
+/// Carriers of what may repeat.
+const CARRIERS: [Carrier; 3] = [Carrier::Odd, Carrier::Drag, Carrier::Even];
+
+/// Clocks that what a fit leaves points to, refined, and the number of periods that were looked at.
+pub(crate) fn clocks(bench: &Bench<'_>, fit: &Fit) -> (Vec<Candidate>, usize) {
+    let times = || bench.contexts.iter().flat_map(|context| &context.run.time_s);
+    let power = bench.rows.power_weights();
+    let ends = times().zip(&power).filter(|(t, power)| **power > 0.0 && t.is_finite()).map(|(t, _)| *t);
+    let (start, end) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
+    let span = end - start;
+    if !(span > 2.0 * PERIODS * SHORTEST_S) || (PER_S * PADDED * span) as usize > MOST_BINS {
+        return (Vec::new(), 1);
+    }
+    let bins = ((PER_S * PADDED * span) as usize).next_power_of_two();
+    let padded_s = bins as f64 / PER_S;
+    let rest = bench.rows.backwards(&bench.rest(fit));
+    let (first, last) = ((PERIODS * padded_s / span).ceil() as usize, (padded_s / SHORTEST_S) as usize);
+    let mut found: Vec<Candidate> = Vec::new();
+    for carrier in CARRIERS {
+        let weight = carrier_of(bench, carrier);
+        let mut sums = vec![Complex::new(0.0, 0.0); bins];
+        for (row, t) in times().enumerate().filter(|(row, t)| power[*row] > 0.0 && t.is_finite()) {
+            sums[(((t - start) * PER_S) as usize).min(bins - 1)].re += rest[row] * weight[row];
+        }
+        FftPlanner::new().plan_fft_forward(bins).process(&mut sums);
+        let own: f64 = weight.iter().zip(&power).map(|(weight, power)| weight * weight * power).sum();
+        let gain = |k: usize| {
+            let response = bench.rows.response(k as f64 / padded_s * bench.step_s);
+            if response > 0.0 && own > 0.0 { sums[k].norm_sqr() / (0.5 * own * response) } else { 0.0 }
+        };
+        let together: Vec<f64> = (first..last).map(|k| (1..=ORDERS).map(|order| gain(order * k)).sum()).collect();
+        let mut peaks: Vec<usize> = Vec::new();
+        for _ in 0..PEAKS {
+            let apart = |k: usize| peaks.iter().all(|peak| k.abs_diff(*peak) > 2 * PADDED as usize);
+            let best = (0..together.len()).filter(|k| apart(*k)).max_by(|a, b| together[*a].total_cmp(&together[*b]));
+            peaks.extend(best.filter(|k| together[*k] > LEAST_GAIN));
+        }
+        found.extend(
+            peaks.into_iter().filter_map(|k| refined(bench, fit, (first + k) as f64 / padded_s, span, carrier)),
+        );
+    }
+    (found, CARRIERS.len() * (last - first) / PADDED as usize)
+}
+
+/// The clock whose frequency near this one, Hz, explains most.
+fn refined(bench: &Bench<'_>, fit: &Fit, near_hz: f64, span_s: f64, carrier: Carrier) -> Option<Candidate> {
+    let at = |hz: f64| {
+        let mut candidate = bench.candidate(Source::Story { curve: Curve::clock(1.0 / hz, carrier) })?;
+        bench.prepare(&mut candidate, &fit.active);
+        let nats = bench.gain(&candidate, fit).nats;
+        Some((hz, nats, candidate))
+    };
+    let mut best = at(near_hz)?;
+    let mut step = 0.25 / span_s;
+    for _ in 0..4 {
+        for side in [-1.0, 1.0] {
+            if let Some(other) = at(best.0 + side * step)
+                && other.1 > best.1
+            {
+                best = other;
+                break;
+            }
+        }
+        step *= 0.5;
+    }
+    Some(best.2)
+}
+
+/// What a curve with this carrier multiplies, over the rows of all runs.
+fn carrier_of(bench: &Bench<'_>, carrier: Carrier) -> Vec<f64> {
+    let of = |context: &simulation::mechanism::Context<'_>| -> Vec<f64> {
+        let drag = |n: usize| context.steady.drag_n.get(n).copied().filter(|x| x.is_finite()).unwrap_or(0.0);
+        (0..context.run.len())
+            .map(|n| match carrier {
+                Carrier::Even => 1.0,
+                Carrier::Odd => context.direction[n],
+                Carrier::Drag => context.direction[n] * drag(n),
+            })
+            .collect()
+    };
+    bench.contexts.iter().flat_map(of).collect()
+}
