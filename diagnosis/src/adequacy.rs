@@ -79,6 +79,12 @@ fn doubt(bench: &Bench<'_>, fit: &Fit, member: &Member, rest: &[f32], (most, lea
     }
 }
 
+/// Whether a member's size is the same throughout, as that of a small cause must be beside a large one.
+pub(crate) fn is_even(bench: &Bench<'_>, members: &[Member], at: usize) -> bool {
+    let fit = bench.fit_members(members);
+    unevenness(bench, &fit, &members[at], &bench.rest(&fit)).0 < UNEVEN_BESIDE
+}
+
 /// Unevenness of a member's force, and what it would explain, nats.
 fn unevenness(bench: &Bench<'_>, fit: &Fit, member: &Member, rest: &[f32]) -> (f64, f64) {
     let mut force = vec![0.0f32; rest.len()];

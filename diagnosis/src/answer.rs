@@ -41,11 +41,17 @@ struct Balance {
     p_steady: f64,
     rounding: Option<f64>,
     clipped: Option<f64>,
+    spots: Option<f64>,
 }
 
 impl Balance {
     /// What comes and goes no curve follows: it is in the noise until it is told from it, and so is what rounding adds.
-    fn of(simulation: &Simulation, side: &Side<'_>, found: &Found<'_>, proof: &Proof) -> Self {
+    fn of(
+        simulation: &Simulation,
+        side: &Side<'_>,
+        (found, spots): (&Found<'_>, Option<&Spots>),
+        proof: &Proof,
+    ) -> Self {
         let rows = &found.bench.rows;
         let is_known = |id: Id| {
             let is_it = |source: &Source| matches!(source, Source::Mechanism { definition, .. } if definition.id == id);
@@ -60,7 +66,8 @@ impl Balance {
         let coherent = unsteady.share * noise;
         // what rounding leaves is noise that follows the force: it comes and goes with it
         let rounds = |run: &Run| quantum(&run.drag_force_n).is_some_and(|step| step > COARSE * found.noise_n);
-        let is_unsteady = !side.runs.iter().any(rounds)
+        let is_unsteady = spots.is_none()
+            && !side.runs.iter().any(rounds)
             && unsteady.p < UNSTEADY
             && coherent > UNSTEADY_SHARE * (before - noise + coherent);
         let is_clipped = side.limit_n.is_some() && !is_known(Id::ForceSaturation);
@@ -70,24 +77,35 @@ impl Balance {
         });
         let in_noise = if is_unsteady { coherent } else { rounding.unwrap_or(0.0) };
         let noise = noise - in_noise;
-        let mismatch = (before - noise).max(1e-3 * before) + clipped.unwrap_or(0.0);
+        let spots = spots.map(|spots| spots.squares_n2 / rows.len().max(1) as f64);
+        // rows that are not compared have their part in the mismatch all the same
+        let aside = clipped.unwrap_or(0.0) + spots.unwrap_or(0.0);
+        let mismatch = (before - noise).max(1e-3 * before) + aside;
         let share = |power: f64| (power / mismatch).clamp(0.0, 1.0);
-        let left = if found.members.is_empty() { before - noise } else { after - noise };
-        Balance {
+        let mut balance = Balance {
             noise_n: noise.sqrt(),
             unexplained_n: (after - noise).max(0.0).sqrt(),
-            unexplained: (share(left) - share(in_noise)).max(0.0),
+            unexplained: (share(after - noise) - share(in_noise)).max(0.0),
             unsteady: is_unsteady.then(|| share(in_noise)),
             p_steady: if is_unsteady { unsteady.p } else { 1.0 },
             rounding: rounding.map(share),
             clipped: clipped.map(share),
+            spots: spots.map(share),
+        };
+        if found.members.is_empty() {
+            balance.unexplained = (1.0 - balance.beside_fits()).max(0.0);
         }
+        balance
+    }
+
+    /// Share of what was found without a fit.
+    fn beside_fits(&self) -> f64 {
+        [self.unsteady, self.rounding, self.clipped, self.spots].into_iter().flatten().sum()
     }
 
     /// Share that fitted causes have.
     fn explained(&self) -> f64 {
-        let others = [self.unsteady, self.rounding, self.clipped];
-        (1.0 - self.unexplained - others.into_iter().flatten().sum::<f64>()).max(0.0)
+        (1.0 - self.unexplained - self.beside_fits()).max(0.0)
     }
 }
 
@@ -101,7 +119,7 @@ pub(crate) fn write(
     proof: Proof,
     quality: &mut DataQuality,
 ) -> Result<(Diagnosis, Simulation), String> {
-    let balance = Balance::of(simulation, side, found, &proof);
+    let balance = Balance::of(simulation, side, (found, spots), &proof);
     let amplitudes = found.amplitudes();
     let forces: Vec<Vec<f64>> = found
         .members
@@ -126,8 +144,8 @@ pub(crate) fn write(
             (finding, region)
         })
         .collect();
-    if let Some(spots) = spots {
-        findings.push((contamination(spots), None));
+    if let Some((spots, share)) = spots.zip(balance.spots) {
+        findings.push((contamination(spots, share), None));
     } else if let Some(share) = balance.unsteady {
         findings.push((comes_and_goes(share), None));
     }

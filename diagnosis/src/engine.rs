@@ -115,8 +115,7 @@ fn attempt(
     }
     let mut calibrated = calibrate(simulation, &nominal, side, &mut rows, &training)?;
     let mut training = training;
-    let residual = calibrated.side.residual(&nominal, &calibrated.values)?;
-    let spots = spots(&calibrated.side, &training, &residual, &calibrated.left);
+    let spots = spots(&calibrated.side, &training, &calibrated.left);
     if let Some(spots) = &spots {
         // the search has nothing to say of them, and they would draw it to whatever brakes
         for (training, spot) in training.iter_mut().zip(&spots.rows) {

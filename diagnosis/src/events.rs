@@ -58,8 +58,8 @@ pub(crate) struct Spots {
     pub(crate) length_m: Number,
     /// Height, N.
     pub(crate) force_n: Number,
-    /// Share of the squared mismatch.
-    pub(crate) share: f64,
+    /// Squared force, summed over their rows, N².
+    pub(crate) squares_n2: f64,
     /// Rows that they reach, of all runs laid end to end.
     pub(crate) rows: Vec<bool>,
 }
@@ -72,8 +72,8 @@ struct Spot {
     peak_n: f64,
 }
 
-/// Looks for spots in what no curve follows. `compared`, `mismatch` and `left` have an entry a row of all runs.
-pub(crate) fn spots(side: &Side<'_>, compared: &[bool], mismatch: &[f64], left: &[f64]) -> Option<Spots> {
+/// Looks for spots in what no curve follows. `compared` and `left` have an entry a row of all runs.
+pub(crate) fn spots(side: &Side<'_>, compared: &[bool], left: &[f64]) -> Option<Spots> {
     let (mut found, mut pushing, mut power, mut travel_m) = (Vec::new(), 0usize, 0.0, 0.0);
     let mut start = 0;
     for context in &side.contexts {
@@ -119,13 +119,12 @@ pub(crate) fn spots(side: &Side<'_>, compared: &[bool], mismatch: &[f64], left: 
         let reach = spot.rows.len().max(MARGIN);
         rows[spot.rows.start.saturating_sub(reach)..(spot.rows.end + reach).min(compared.len())].fill(true);
     }
-    let squares: f64 = mismatch.iter().zip(compared).filter(|(_, c)| **c).map(|(x, _)| x * x).sum();
     Some(Spots {
         // as many as chance, and places without number, make of them
         per_m: Number { value: found.len() as f64 / travel_m.max(1e-9), relative: 1.0 / (found.len() as f64).sqrt() },
         length_m: typical(&lengths),
         force_n: typical(&found.iter().map(|spot| spot.peak_n.max(1e-12).ln()).collect::<Vec<_>>()),
-        share: (power / squares.max(1e-30)).min(1.0),
+        squares_n2: power,
         rows,
     })
 }

@@ -1,6 +1,6 @@
 //! What is said of a cause: its name, its numbers with their intervals, a sentence.
 
-use simulation::mechanism::{Id, Kind, definition};
+use simulation::mechanism::{Id, Kind, Search, definition};
 
 use crate::adequacy::Doubt;
 use crate::bench::{Bench, Fit, Member, Source};
@@ -53,7 +53,7 @@ pub(crate) fn saturation(limit_n: f64, share: f64) -> Finding {
 }
 
 /// Spots that no form of the library has a place for.
-pub(crate) fn contamination(spots: &Spots) -> Finding {
+pub(crate) fn contamination(spots: &Spots, share: f64) -> Finding {
     let number = |name: &str, number: Number, unit: &str| Estimate {
         name: name.to_owned(),
         value: number.value,
@@ -71,10 +71,14 @@ pub(crate) fn contamination(spots: &Spots) -> Finding {
             number("length_m", spots.length_m, "m"),
             number("drag_n", spots.force_n, "N"),
         ],
-        share_of_mismatch: spots.share,
+        share_of_mismatch: share,
         statement: definition(Id::Contamination).statement.to_owned(),
     }
 }
+
+/// Standard deviation, relative, of what a number of a form means for the cause itself: a form is an idealisation, and on an
+/// opened trial the numbers of right names were off by this much beyond what noise leaves open.
+const OF_FORM: f64 = 0.03;
 
 /// What the library has no name for, modelled by the cause that comes nearest.
 fn stands_in(source: &Source, doubt: Doubt, share: f64) -> Finding {
@@ -151,10 +155,14 @@ pub(crate) fn finding(
                 if (*value == 0.0 && !fit.active.contains(column)) || deviation(*column).is_infinite() {
                     continue;
                 }
-                parameters.push(estimate(amplitude.name.to_owned(), *value, deviation(*column), amplitude.unit));
+                let sigma = deviation(*column).hypot(OF_FORM * value);
+                parameters.push(estimate(amplitude.name.to_owned(), *value, sigma, amplitude.unit));
             }
             for (k, (parameter, value)) in form.shape.iter().zip(shape).enumerate() {
                 let sigma = shape_deviation(bench, fit, member, k);
+                // a wave is as long as it is
+                let of_form = if parameter.search == Search::Wave { 0.0 } else { OF_FORM };
+                let sigma = sigma.hypot(of_form * value);
                 let mut e = estimate(parameter.name.to_owned(), *value, sigma, parameter.unit);
                 e.ci95 = [e.ci95[0].max(parameter.from), e.ci95[1].min(parameter.to)];
                 parameters.push(e);

@@ -16,7 +16,7 @@ use crate::rest::{noise_rms, rms, shares, whiteness};
 use crate::rows::Rows;
 use crate::sanity::quantum;
 use crate::saturation::Saturation;
-use crate::search::{Pool, Tolerances, search};
+use crate::search::{self, Pool, Tolerances, search};
 use crate::side::Side;
 
 /// A cause whose force is smaller than this share of the noise is not worth a mention.
@@ -35,6 +35,9 @@ const LEAST_SHARE: f64 = 0.002;
 /// Rounding, of the noise (in which it is), from which it is a fault of the channel; a channel that noise carries over
 /// its steps has none.
 const COARSE: f64 = 0.35;
+
+/// The same for one with little evidence of its own beside the others.
+const LEAST_SHARE_OF_SMALL: f64 = 0.035;
 
 /// Most searches.
 const MOST_PASSES: usize = 3;
@@ -89,6 +92,8 @@ pub(crate) fn run<'s>(
     kept: &mut Kept,
 ) -> Result<Found<'s>, String> {
     let drag_rms = rms(&rows.plain(&side.drag_n));
+    // in which the force channel counts
+    let step_n = side.runs.iter().filter_map(|run| quantum(&run.drag_force_n)).max_by(f64::total_cmp);
     let mut values = start.to_vec();
     for pass in 1.. {
         let mismatch = side.residual(nominal, &values)?;
@@ -109,9 +114,8 @@ pub(crate) fn run<'s>(
             None => Pool::new(&bench, &tolerances, &saturation.curves),
         };
         let noise = noise_rms(&rows, &saturation.rest(&rows, &side.contexts, &mismatch, &tangent, &[]));
-        let step_n = coarse_step(side, noise);
-        // what is smaller than the rounding cannot be told from it
         let rounding_n = step_n.map_or(0.0, |step| step / 12.0f64.sqrt());
+        // what is smaller than the rounding cannot be told from it
         let floor_n = (simulation.tolerance.relevance * drag_rms).max(FLOOR_OF_NOISE * noise).max(rounding_n);
         let first = search(&mut bench, &mut pool, &tolerances, floor_n);
         let mut members = first.members;
@@ -164,16 +168,10 @@ pub(crate) fn run<'s>(
             with_shifts,
             p_no_mismatch,
             noise_n,
-            coarse_step_n: step_n,
+            coarse_step_n: step_n.filter(|_| rounding_n > COARSE * noise),
         });
     }
     Err("the search did not end".to_owned())
-}
-
-/// Step of the force channel where its rounding is a good part of the noise.
-fn coarse_step(side: &Side<'_>, noise_n: f64) -> Option<f64> {
-    let steps = side.runs.iter().filter_map(|run| quantum(&run.drag_force_n));
-    steps.max_by(f64::total_cmp).filter(|step| step / 12.0f64.sqrt() > COARSE * noise_n)
 }
 
 /// Drops, the smallest first, members that carry next to nothing of what all explain together.
@@ -191,8 +189,16 @@ fn drop_small(bench: &Bench<'_>, members: &mut Vec<Member>) {
         };
         let forces: Vec<Vec<f64>> = members.iter().map(force).collect();
         let shares = shares(&bench.rows, &bench.tangent, &forces, 1.0);
+        let least = |at: usize| {
+            let others: Vec<Member> = search::without(members, at);
+            let fit = bench.fit_members(&others);
+            let mut candidate = members[at].candidate.clone();
+            bench.prepare(&mut candidate, &fit.active);
+            let gain = bench.gain(&candidate, &fit);
+            if search::is_small(bench, &gain, &fit) { LEAST_SHARE_OF_SMALL } else { LEAST_SHARE }
+        };
         let smallest = (0..members.len()).min_by(|a, b| shares[*a].total_cmp(&shares[*b]));
-        match smallest.filter(|at| shares[*at] < LEAST_SHARE) {
+        match smallest.filter(|at| shares[*at] < least(*at)) {
             Some(at) => members.remove(at),
             None => return,
         };

@@ -7,6 +7,7 @@
 
 use simulation::mechanism::{Definition, Form, Id, Kind, Search, ShapeParameter, library};
 
+use crate::adequacy;
 use crate::bench::{Bench, Candidate, Fit, Gain, Member, Source};
 use crate::linear::dot;
 use crate::locks::Locks;
@@ -23,6 +24,9 @@ const ALPHA: f64 = 0.01;
 /// Share of all evidence below which a further cause is none: a form is an idealisation, and what it leaves of its own
 /// cause's force, up to a seventh of it, is a fiftieth in square.
 const FURTHER: f64 = 0.02;
+
+/// The same for a cause whose size is the same throughout, which what a form leaves of another one is not.
+const FURTHER_IF_EVEN: f64 = 0.005;
 
 /// Highest order at which a wave repeats that is taken for the wave itself.
 const ORDERS: f64 = 4.0;
@@ -421,7 +425,7 @@ pub(crate) fn search(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolera
 fn holds(bench: &Bench<'_>, pool: &Pool, candidate: &Candidate, gain: &Gain, members: &[Member], floor_n: f64) -> bool {
     let law = bench.fit(&bench.law());
     let named = 0.5 * (law.rss - bench.fit_members(members).rss);
-    if gain.nats < FURTHER * (named + gain.nats) {
+    if gain.nats < FURTHER_IF_EVEN * (named + gain.nats) {
         return false;
     }
     if matches!(candidate.source, Source::Shift { .. }) {
@@ -441,12 +445,20 @@ fn prune(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>, floor_n: f64
                 let mut candidate = members[at].candidate.clone();
                 bench.prepare(&mut candidate, &fit.active);
                 let gain = bench.gain(&candidate, &fit);
-                (!holds(bench, pool, &candidate, &gain, &others, floor_n)).then_some((at, gain.nats))
+                let fails = !holds(bench, pool, &candidate, &gain, &others, floor_n)
+                    || (is_small(bench, &gain, &fit) && !adequacy::is_even(bench, members, at));
+                fails.then_some((at, gain.nats))
             })
             .min_by(|a, b| a.1.total_cmp(&b.1));
         let Some((at, _)) = failing else { return };
         members.remove(at);
     }
+}
+
+/// Whether what a cause adds to a fit is no more than what a form may leave of the others.
+pub(crate) fn is_small(bench: &Bench<'_>, gain: &Gain, beside: &Fit) -> bool {
+    let law = bench.fit(&bench.law());
+    gain.nats < FURTHER * (0.5 * (law.rss - beside.rss) + gain.nats)
 }
 
 /// p-value of "nothing is missing": both tests, over every cause and every curve.
@@ -544,7 +556,7 @@ pub(crate) fn simplicity(source: &Source) -> u8 {
     }
 }
 
-fn without(members: &[Member], at: usize) -> Vec<Member> {
+pub(crate) fn without(members: &[Member], at: usize) -> Vec<Member> {
     members.iter().enumerate().filter(|(k, _)| *k != at).map(|(_, member)| member.clone()).collect()
 }
 
