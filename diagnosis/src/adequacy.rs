@@ -63,17 +63,15 @@ fn doubt(bench: &Bench<'_>, fit: &Fit, member: &Member, rest: &[f32], (most, lea
     if member.candidate.source.is_story() {
         return None;
     }
-    let end = number_at_its_end(&member.candidate.source);
-    if let Some(name) = end
-        && is_telling(&member.candidate.source, name)
-    {
+    let ends = numbers_at_their_end(&member.candidate.source);
+    if let Some(name) = ends.iter().find(|name| is_telling(&member.candidate.source, name)) {
         return Some(Doubt::AtTheEnd(name));
     }
     let (uneven, nats) = unevenness(bench, fit, member, rest);
     if nats < least {
         return None;
     }
-    match end {
+    match ends.first() {
         Some(name) if uneven > UNEVEN_BESIDE && uneven <= most => Some(Doubt::AtTheEnd(name)),
         _ => (uneven > most).then_some(Doubt::Uneven),
     }
@@ -128,9 +126,9 @@ fn remove(column: &mut [f32], others: &[&[f32]]) {
     }
 }
 
-/// A number of a cause's shape that lies at an end of what it can be.
-fn number_at_its_end(source: &Source) -> Option<&'static str> {
-    let Source::Mechanism { definition, form, shape } = source else { return None };
+/// Numbers of a cause's shape that lie at an end of what they can be.
+fn numbers_at_their_end(source: &Source) -> Vec<&'static str> {
+    let Source::Mechanism { definition, form, shape } = source else { return Vec::new() };
     let parameters = definition.forms[*form].shape.iter().zip(shape);
     parameters
         .filter(|(parameter, value)| {
@@ -142,16 +140,20 @@ fn number_at_its_end(source: &Source) -> Option<&'static str> {
             !(END..=1.0 - END).contains(&share)
         })
         .map(|(parameter, _)| parameter.name)
-        .next()
+        .collect()
 }
 
 /// Whether the end of a number alone is enough to doubt: friction of seals and churned grease that grows faster than any
-/// seal or grease does.
+/// seal or grease does, a structure that is too damped to ring, a film that starves within a stroke or recovers at once or
+/// never.
 fn is_telling(source: &Source, name: &str) -> bool {
-    match source {
-        Source::Mechanism { definition, shape, .. } => {
-            definition.id == Id::ViscousDrag && name == "exponent" && shape[0] > 1.0
-        }
+    let Source::Mechanism { definition, form, shape } = source else { return false };
+    let parameters = definition.forms[*form].shape.iter().zip(shape);
+    let is_upper = parameters.filter(|(what, _)| what.name == name).any(|(what, value)| *value > 0.5 * what.to);
+    match (definition.id, name) {
+        (Id::ViscousDrag, "exponent") | (Id::StructuralResonance, "damping") => is_upper,
+        (Id::Starvation, "length_m") => !is_upper,
+        (Id::Starvation, "recovery_s") => true,
         _ => false,
     }
 }

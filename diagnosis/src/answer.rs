@@ -9,7 +9,7 @@ use crate::equivalents;
 use crate::events::Spots;
 use crate::experiment;
 use crate::export;
-use crate::finding::{comes_and_goes, contamination, finding, quantisation, saturation};
+use crate::finding::{comes_and_goes, contamination, finding, quantisation, saturation, speed_noise};
 use crate::nominal::Nominal;
 use crate::open_set;
 use crate::passes::Found;
@@ -20,6 +20,7 @@ use crate::rest::{power, shares};
 use crate::sanity::quantum;
 use crate::scores::Proof;
 use crate::side::Side;
+use crate::speed::SetAside;
 
 /// p-value below which a rest counts as unsteady: an approximation is trusted no further than this far out.
 const UNSTEADY: f64 = 1e-12;
@@ -42,6 +43,7 @@ struct Balance {
     rounding: Option<f64>,
     clipped: Option<f64>,
     spots: Option<f64>,
+    speed: Option<f64>,
 }
 
 impl Balance {
@@ -49,7 +51,7 @@ impl Balance {
     fn of(
         simulation: &Simulation,
         side: &Side<'_>,
-        (found, spots): (&Found<'_>, Option<&Spots>),
+        (found, spots, speed): (&Found<'_>, Option<&Spots>, Option<SetAside>),
         proof: &Proof,
     ) -> Self {
         let rows = &found.bench.rows;
@@ -78,8 +80,9 @@ impl Balance {
         let in_noise = if is_unsteady { coherent } else { rounding.unwrap_or(0.0) };
         let noise = noise - in_noise;
         let spots = spots.map(|spots| spots.squares_n2 / rows.len().max(1) as f64);
-        // rows that are not compared have their part in the mismatch all the same
-        let aside = clipped.unwrap_or(0.0) + spots.unwrap_or(0.0);
+        // rows that are not compared and a speed that is not believed have their part in the mismatch all the same
+        let speed = speed.map(|speed| speed.power_n2);
+        let aside: f64 = [clipped, spots, speed].into_iter().flatten().sum();
         let mismatch = (before - noise).max(1e-3 * before) + aside;
         let share = |power: f64| (power / mismatch).clamp(0.0, 1.0);
         let mut balance = Balance {
@@ -91,6 +94,7 @@ impl Balance {
             rounding: rounding.map(share),
             clipped: clipped.map(share),
             spots: spots.map(share),
+            speed: speed.map(share),
         };
         if found.members.is_empty() {
             balance.unexplained = (1.0 - balance.beside_fits()).max(0.0);
@@ -100,7 +104,7 @@ impl Balance {
 
     /// Share of what was found without a fit.
     fn beside_fits(&self) -> f64 {
-        [self.unsteady, self.rounding, self.clipped, self.spots].into_iter().flatten().sum()
+        [self.unsteady, self.rounding, self.clipped, self.spots, self.speed].into_iter().flatten().sum()
     }
 
     /// Share that fitted causes have.
@@ -115,11 +119,11 @@ pub(crate) fn write(
     nominal: &Nominal,
     side: &Side<'_>,
     training: &[bool],
-    (found, spots): (&Found<'_>, Option<&Spots>),
+    (found, spots, speed): (&Found<'_>, Option<&Spots>, Option<SetAside>),
     proof: Proof,
     quality: &mut DataQuality,
 ) -> Result<(Diagnosis, Simulation), String> {
-    let balance = Balance::of(simulation, side, (found, spots), &proof);
+    let balance = Balance::of(simulation, side, (found, spots, speed), &proof);
     let amplitudes = found.amplitudes();
     let forces: Vec<Vec<f64>> = found
         .members
@@ -144,6 +148,7 @@ pub(crate) fn write(
             (finding, region)
         })
         .collect();
+    doubt_beside_unknown(&mut findings, balance.unsteady.unwrap_or(0.0));
     if let Some((spots, share)) = spots.zip(balance.spots) {
         findings.push((contamination(spots, share), None));
     } else if let Some(share) = balance.unsteady {
@@ -153,6 +158,8 @@ pub(crate) fn write(
     let clipped = side.limit_n.zip(balance.clipped);
     findings.extend(rounding.map(|(step, share)| (quantisation(step, share), None)));
     findings.extend(clipped.map(|(limit, share)| (saturation(limit, share), None)));
+    let noisy = speed.zip(balance.speed);
+    findings.extend(noisy.map(|(speed, share)| (speed_noise(speed.variance_m2_s2, share), None)));
     let next_experiment = next_experiment(nominal, side, found, &findings);
     findings.sort_by(|a, b| b.0.share_of_mismatch.total_cmp(&a.0.share_of_mismatch));
     let findings = with_one_unknown(findings);
@@ -168,6 +175,13 @@ pub(crate) fn write(
         }
     }
     let mut augmented = augmented(nominal, &written.0, &found.members, &written.1, &mut quality.warnings);
+    let mass_kg = simulation.axis.moved_mass_kg.unwrap_or(0.0);
+    augmented.mechanisms.extend(noisy.map(|_| Added {
+        id: Id::SpeedNoise,
+        form: 1,
+        shape: Vec::new(),
+        amplitudes: vec![1.0, mass_kg],
+    }));
     let shown = |id, shape: f64| Added { id, form: 0, shape: vec![shape], amplitudes: vec![1.0] };
     let noise_over_step = |(step, _): (f64, f64)| (balance.noise_n / step).clamp(0.02, 0.5);
     augmented.mechanisms.extend(rounding.map(|it| shown(Id::ForceQuantisation, noise_over_step(it))));
@@ -177,7 +191,7 @@ pub(crate) fn write(
         schema: SCHEMA,
         verdict: verdict(&mechanisms, balance.unexplained),
         // what a channel shows by itself is no matter of chance
-        p_no_mismatch: if rounding.is_some() || clipped.is_some() {
+        p_no_mismatch: if rounding.is_some() || clipped.is_some() || noisy.is_some() {
             0.0
         } else {
             found.p_no_mismatch.min(balance.p_steady)
@@ -196,6 +210,35 @@ pub(crate) fn write(
         data_quality: std::mem::take(quality),
     };
     Ok((diagnosis, augmented))
+}
+
+/// Share of what has no name beside which nothing small is sure, and the share that is small there.
+const MOSTLY_UNKNOWN: f64 = 0.5;
+const SMALL_BESIDE: f64 = 0.15;
+
+/// Takes small causes for a part of what has no name, where that is most of the mismatch. `more`: share without a name
+/// beside the findings.
+fn doubt_beside_unknown(findings: &mut [(Finding, Option<Region>)], more: f64) {
+    let is_unknown = |finding: &Finding| finding.kind == "unknown";
+    let unknown: f64 = findings.iter().filter(|(f, _)| is_unknown(f)).map(|(f, _)| f.share_of_mismatch).sum();
+    if unknown + more < MOSTLY_UNKNOWN {
+        return;
+    }
+    for (finding, _) in findings.iter_mut().filter(|(f, _)| !is_unknown(f) && f.share_of_mismatch < SMALL_BESIDE) {
+        let statement = format!(
+            "Something that the library has no name for; {} follows a small part of it and is kept in the augmented \
+             simulation.",
+            finding.id
+        );
+        *finding = Finding {
+            id: "unknown".to_owned(),
+            kind: "unknown",
+            equivalents: Vec::new(),
+            parameters: Vec::new(),
+            statement,
+            ..finding.clone()
+        };
+    }
 }
 
 /// All that has no name as one finding: the largest speaks for it.

@@ -18,6 +18,7 @@ use crate::rows::Rows;
 use crate::sanity;
 use crate::scores;
 use crate::side::{Side, smoothed};
+use crate::speed;
 
 /// How to diagnose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -87,6 +88,15 @@ fn attempt(
     let together = factor(runs);
     let (fewer, fewer_held) = (shorter(runs, together), shorter(holdout, together));
     let (runs, holdout) = (fewer.as_deref().unwrap_or(runs), fewer_held.as_deref().unwrap_or(holdout));
+    let believed = speed::set_aside(simulation, &nominal, runs);
+    let without_speed: Vec<Run>;
+    let (runs, holdout, speed) = match &believed {
+        Some((bare, speed)) => {
+            without_speed = holdout.iter().map(|run| Run { velocity_m_s: None, ..run.clone() }).collect();
+            (bare.as_slice(), without_speed.as_slice(), Some(*speed))
+        }
+        None => (runs, holdout, None),
+    };
     let motions: Vec<Motion> = runs.iter().map(Motion::of).collect();
     for (run, motion) in runs.iter().zip(&motions) {
         if let Some(reason) = sanity::moves(run, motion, quality) {
@@ -136,7 +146,7 @@ fn attempt(
     }
     let proof = scores::score(simulation, &nominal, &side, holdout, &split, coarsest, &law_only, &found, options)?;
     let (diagnosis, augmented) =
-        answer::write(simulation, &nominal, &side, &training, (&found, spots.as_ref()), proof, quality)?;
+        answer::write(simulation, &nominal, &side, &training, (&found, spots.as_ref(), speed), proof, quality)?;
     Ok(Outcome { diagnosis, augmented: Some(augmented) })
 }
 

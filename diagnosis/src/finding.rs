@@ -28,15 +28,15 @@ pub(crate) fn comes_and_goes(share: f64) -> Finding {
 }
 
 /// A number that a channel shows by itself, and what follows from it.
-fn shown(id: Id, number: (&str, f64), share: f64) -> Finding {
-    let (name, value) = number;
+fn shown(id: Id, number: (&str, f64, &str), share: f64) -> Finding {
+    let (name, value, unit) = number;
     Finding {
         id: id.name().to_owned(),
         kind: "sensor",
         confidence: 0.95,
         equivalents: Vec::new(),
         carried_over: None,
-        parameters: vec![Estimate { name: name.to_owned(), value, ci95: [value; 2], unit: "N".to_owned() }],
+        parameters: vec![Estimate { name: name.to_owned(), value, ci95: [value; 2], unit: unit.to_owned() }],
         share_of_mismatch: share,
         statement: definition(id).statement.to_owned(),
     }
@@ -44,12 +44,17 @@ fn shown(id: Id, number: (&str, f64), share: f64) -> Finding {
 
 /// A force channel that counts in steps as coarse as the noise.
 pub(crate) fn quantisation(step_n: f64, share: f64) -> Finding {
-    shown(Id::ForceQuantisation, ("step_n", step_n), share)
+    shown(Id::ForceQuantisation, ("step_n", step_n, "N"), share)
 }
 
 /// A force channel that ends before the force does.
 pub(crate) fn saturation(limit_n: f64, share: f64) -> Finding {
-    shown(Id::ForceSaturation, ("limit_n", limit_n), share)
+    shown(Id::ForceSaturation, ("limit_n", limit_n, "N"), share)
+}
+
+/// A recorded speed that is noisier than the position.
+pub(crate) fn speed_noise(variance_m2_s2: f64, share: f64) -> Finding {
+    shown(Id::SpeedNoise, ("variance_m2_s2", variance_m2_s2, "m2/s2"), share)
 }
 
 /// Spots that no form of the library has a place for.

@@ -58,6 +58,7 @@ mod scores;
 mod search;
 mod side;
 mod spectrum;
+mod speed;
 mod story;
 
 pub use engine::{Options, Outcome, diagnose};

@@ -1,9 +1,9 @@
 //! Friction inside the loaded contacts that the law's coefficient does not hold.
 
 use super::context::Context;
-use super::definition::{Columns, Definition, Form, Kind};
+use super::definition::{Amplitude, Columns, Definition, Form, Kind};
 use super::id::Id;
-use super::{Positive, amplitude, ratio, shown, steps};
+use super::{Positive, amplitude, at_most, ratio, shown, steps};
 
 /// E5 to E7: `F ~ Q^(4/3)` to `Q^(5/3)`, hardly separable, hence one exponent.
 pub(super) const HYSTERESIS_AND_SLIP: Definition = Definition {
@@ -91,8 +91,8 @@ pub(super) const TRACTION_SATURATION: Definition = Definition {
     kind: Kind::Physics,
     forms: &[Form {
         name: "minimal",
-        shape: &[ratio("speed_m_s", "m/s", 3e-3, 1.0, 6)],
-        amplitudes: &[amplitude("part", "", Positive, 1.0)],
+        shape: &[ratio("speed_m_s", "m/s", 1e-2, 1.0, 5)],
+        amplitudes: &[Amplitude { least: 0.3, ..at_most("part", "", Positive, 1.0, 3.0) }],
         columns: saturation,
         phase_bound: false,
         equation: "F = part·sign(V)·F_v·(asinh(x)/x - 1), x = |V|/speed (with ν/100 cSt where ν is known), F_v the law's \

@@ -96,6 +96,8 @@ pub struct Context<'a> {
     pub viscosity_follows_temperature: bool,
     /// What the law says at the speed of the path instead of the recorded one, N; `None` where not both were recorded.
     pub at_path_speed_n: Option<Vec<f64>>,
+    /// Acceleration that follows from the recorded position, m/s², where the speed was recorded, too.
+    pub path_acceleration_m_s2: Option<Vec<f64>>,
     /// Mass that the law accelerates, kg.
     pub moved_mass_kg: f64,
     /// Friction constants of a ball guide.
@@ -145,13 +147,13 @@ impl<'a> Context<'a> {
             }
             Law::Column => {}
         }
-        let at_path_speed_n = match (&run.velocity_m_s, &run.position_m) {
-            (Some(_), Some(_)) => {
-                let reach = (PATH_S / run.step_s()).max(1.0) as usize;
-                Some(simulation.steady(&Factors::default(), run, &Motion::of_path(run, reach))?.force_n)
-            }
-            _ => None,
-        };
+        let (mut at_path_speed_n, mut path_acceleration_m_s2) = (None, None);
+        if run.velocity_m_s.is_some() && run.position_m.is_some() {
+            let reach = (PATH_S / run.step_s()).max(1.0) as usize;
+            let path = Motion::of_path(run, reach);
+            at_path_speed_n = Some(simulation.steady(&Factors::default(), run, &path)?.force_n);
+            path_acceleration_m_s2 = Some(path.acceleration_m_s2);
+        }
         let path = Path::of(run, motion, simulation.axis.zero_speed_m_s);
         Ok(Context {
             run,
@@ -169,6 +171,7 @@ impl<'a> Context<'a> {
             has_stribeck,
             viscosity_follows_temperature,
             at_path_speed_n,
+            path_acceleration_m_s2,
             moved_mass_kg: simulation.axis.moved_mass_kg.unwrap_or(0.0),
             friction,
             path,

@@ -70,16 +70,20 @@ pub(super) const SPEED_NOISE: Definition = Definition {
         Form {
             name: "path",
             shape: &[],
-            amplitudes: &[part("part", 1.0)],
+            amplitudes: &[part("part", 1.0), amplitude("mass_kg", "kg", Positive, 10.0)],
             columns: |context, _| {
                 let (at_path, force) = (context.at_path_speed_n.as_ref()?, &context.steady.force_n);
+                let (path, own) = (context.path_acceleration_m_s2.as_ref()?, &context.motion.acceleration_m_s2);
+                let moves = context.moved_mass_kg > 0.0;
                 let apart = |n: usize| {
                     if at_path[n].is_finite() || !force[n].is_finite() { at_path[n] - force[n] } else { 0.0 }
                 };
-                shown(vec![context.rows(apart)])
+                let jolts = |n: usize| if moves && path[n].is_finite() { path[n] - own[n] } else { 0.0 };
+                shown(vec![context.rows(apart), context.rows(jolts)])
             },
             phase_bound: false,
-            equation: "F = part·(F_law(dx/dt) - F_law(V)), where position and speed were both recorded",
+            equation: "F = part·(F_law(dx/dt) - F_law(V)) + mass·(d²x/dt² - dV/dt), where position and speed were both \
+                       recorded; mass where the law moves one",
         },
     ],
     axis: "velocity",

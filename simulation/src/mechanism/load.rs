@@ -3,7 +3,7 @@
 use super::context::{Context, filled};
 use super::definition::{Definition, Form, Kind};
 use super::id::Id;
-use super::{Free, Positive, amplitude, shown, steps};
+use super::{Free, Positive, at_most, shown, steps};
 
 /// E13: a load W moves the two halves of the preloaded contacts apart,
 /// `(1+t)^1.5 - (1-t)^1.5 = W/F_p`; beyond `W = 2√2 F_p` one half is free.
@@ -14,7 +14,7 @@ pub(super) const EXTERNAL_LOAD: Definition = Definition {
         Form {
             name: "minimal",
             shape: &[],
-            amplitudes: &[amplitude("part", "", Positive, 1.0)],
+            amplitudes: &[at_most("part", "", Positive, 1.0, 20.0)],
             columns: |context, _| shown(vec![symmetric(context)?]),
             phase_bound: false,
             equation: "F = part·F_law·((1+t)^1.5k + (1-t)^1.5k - 2)/2, (1+t)^1.5 - (1-t)^1.5 = |W|/F_p, k = dlnF_law/dlnF_p; \
@@ -23,7 +23,7 @@ pub(super) const EXTERNAL_LOAD: Definition = Definition {
         Form {
             name: "lopsided",
             shape: &[],
-            amplitudes: &[amplitude("part", "", Positive, 1.0), amplitude("preload_per_load", "", Free, 0.1)],
+            amplitudes: &[at_most("part", "", Positive, 1.0, 20.0), at_most("preload_per_load", "", Free, 0.02, 0.05)],
             columns: |context, _| {
                 let load = filled(context.run.external_load_n.as_ref())?;
                 let force = context.by_load_n();
@@ -92,6 +92,10 @@ fn spread(ratio: f64, exponent: f64) -> f64 {
     0.5 * (libm::pow(1.0 + t, exponent) + libm::pow(1.0 - t, exponent)) - 1.0
 }
 
+/// Rise of the preload at 100 N of drag that no lever explains: 3/8 (θ y/D_0)² for a drive half a metre above the rail of
+/// the published block.
+const MOST_BY_MOMENT: f64 = 0.13;
+
 /// E14: a moment tilts the block; the sum of its loads grows with the square.
 pub(super) const MOMENT_LOAD: Definition = Definition {
     id: Id::MomentLoad,
@@ -100,7 +104,7 @@ pub(super) const MOMENT_LOAD: Definition = Definition {
         Form {
             name: "minimal",
             shape: &[],
-            amplitudes: &[amplitude("preload_at_100_n", "", Positive, 0.05)],
+            amplitudes: &[at_most("preload_at_100_n", "", Positive, 0.05, MOST_BY_MOMENT)],
             columns: |context, _| shown(vec![moment(context, 0.0)]),
             phase_bound: false,
             equation: "F = preload_at_100_n·(F_law/100 N)²·(Q/150 N)^-2·dF_law/dlnF_p: the drive pulls above or below the rail",
@@ -108,7 +112,7 @@ pub(super) const MOMENT_LOAD: Definition = Definition {
         Form {
             name: "table",
             shape: &[steps("mass_kg", "kg", -200.0, 200.0, 11)],
-            amplitudes: &[amplitude("preload_at_100_n", "", Positive, 0.05)],
+            amplitudes: &[at_most("preload_at_100_n", "", Positive, 0.05, MOST_BY_MOMENT)],
             columns: |context, shape| shown(vec![moment(context, *shape.first()?)]),
             phase_bound: false,
             equation: "as minimal with (F_law + mass·a) for F_law: the inertia of a mass above the rail tilts it as well",

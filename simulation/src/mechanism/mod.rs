@@ -54,6 +54,11 @@ const fn part(name: &'static str, typical: f64) -> Amplitude {
     Amplitude { name, unit: "", sign: Positive, typical, least: 0.0, most: 1.3 }
 }
 
+/// An amplitude that no machine exceeds.
+const fn at_most(name: &'static str, unit: &'static str, sign: Sign, typical: f64, most: f64) -> Amplitude {
+    Amplitude { name, unit, sign, typical, least: 0.0, most }
+}
+
 /// A part that is the whole, give or take `slack` for what the law does not know of it.
 const fn whole(name: &'static str, slack: f64) -> Amplitude {
     Amplitude { name, unit: "", sign: Positive, typical: 1.0, least: 1.0 - slack, most: 1.0 + slack }
