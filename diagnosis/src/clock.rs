@@ -6,12 +6,18 @@
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 
+use simulation::run::{Part, Run};
+
 use crate::bench::{Bench, Candidate, Fit, Source};
 use crate::story::{Carrier, Curve};
 
-/// Shortest period, s; the longest is a part of the recording.
+/// Shortest period, s.
 const SHORTEST_S: f64 = 0.5;
+
+/// Periods that a recording must show, and the longest of its parts without a break: what comes once in every part is as
+/// likely to belong to the part.
 const PERIODS: f64 = 5.0;
+const PERIODS_OF_PART: f64 = 2.0;
 
 /// Orders that are taken together.
 const ORDERS: usize = 3;
@@ -45,7 +51,11 @@ pub(crate) fn clocks(bench: &Bench<'_>, fit: &Fit) -> (Vec<Candidate>, usize) {
     let bins = ((PER_S * PADDED * span) as usize).next_power_of_two();
     let padded_s = bins as f64 / PER_S;
     let rest = bench.rows.backwards(&bench.rest(fit));
-    let (first, last) = ((PERIODS * padded_s / span).ceil() as usize, (padded_s / SHORTEST_S) as usize);
+    let longest_s = (span / PERIODS).min(longest_part_s(bench) / PERIODS_OF_PART);
+    let (first, last) = ((padded_s / longest_s).ceil() as usize, (padded_s / SHORTEST_S) as usize);
+    if !(longest_s > SHORTEST_S) {
+        return (Vec::new(), 1);
+    }
     let mut found: Vec<Candidate> = Vec::new();
     for carrier in CARRIERS {
         let weight = carrier_of(bench, carrier);
@@ -71,6 +81,15 @@ pub(crate) fn clocks(bench: &Bench<'_>, fit: &Fit) -> (Vec<Candidate>, usize) {
         );
     }
     (found, CARRIERS.len() * (last - first) / PADDED as usize)
+}
+
+/// Length of the longest part of a run without a break, s.
+fn longest_part_s(bench: &Bench<'_>) -> f64 {
+    let runs = bench.contexts.iter().map(|context| context.run);
+    let length = |run: &Run, part: &Part| run.time_s[part.rows.end - 1] - run.time_s[part.rows.start];
+    let parts =
+        runs.flat_map(|run| run.parts.iter().filter(|part| !part.rows.is_empty()).map(|part| length(run, part)));
+    parts.fold(0.0, f64::max)
 }
 
 /// The clock whose frequency near this one, Hz, explains most.
