@@ -194,7 +194,7 @@ pub(crate) fn write(
         p_no_mismatch: if rounding.is_some() || clipped.is_some() || noisy.is_some() {
             0.0
         } else {
-            found.p_no_mismatch.min(balance.p_steady)
+            found.p_no_mismatch.min(balance.p_steady).min(spots.map_or(1.0, |spots| spots.p))
         },
         noise_floor_n: balance.noise_n,
         holdout: proof.holdout,

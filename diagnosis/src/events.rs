@@ -60,6 +60,8 @@ pub(crate) struct Spots {
     pub(crate) force_n: Number,
     /// Squared force, summed over their rows, N².
     pub(crate) squares_n2: f64,
+    /// p-value of as many spots that push as brake.
+    pub(crate) p: f64,
     /// Rows that they reach, of all runs laid end to end.
     pub(crate) rows: Vec<bool>,
 }
@@ -125,6 +127,7 @@ pub(crate) fn spots(side: &Side<'_>, compared: &[bool], left: &[f64]) -> Option<
         length_m: typical(&lengths),
         force_n: typical(&found.iter().map(|spot| spot.peak_n.max(1e-12).ln()).collect::<Vec<_>>()),
         squares_n2: power,
+        p: 0.5 * libm::erfc((braking - pushing) / (2.0 * (braking + pushing)).sqrt()),
         rows,
     })
 }

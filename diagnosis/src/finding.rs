@@ -27,6 +27,9 @@ pub(crate) fn comes_and_goes(share: f64) -> Finding {
     }
 }
 
+/// Relative half-width of the interval of a number that is read off a channel: recordings are written with few digits.
+const READ: f64 = 2e-3;
+
 /// A number that a channel shows by itself, and what follows from it.
 fn shown(id: Id, number: (&str, f64, &str), share: f64) -> Finding {
     let (name, value, unit) = number;
@@ -36,7 +39,12 @@ fn shown(id: Id, number: (&str, f64, &str), share: f64) -> Finding {
         confidence: 0.95,
         equivalents: Vec::new(),
         carried_over: None,
-        parameters: vec![Estimate { name: name.to_owned(), value, ci95: [value; 2], unit: unit.to_owned() }],
+        parameters: vec![Estimate {
+            name: name.to_owned(),
+            value,
+            ci95: [1.0 - READ, 1.0 + READ].map(|of| of * value),
+            unit: unit.to_owned(),
+        }],
         share_of_mismatch: share,
         statement: definition(id).statement.to_owned(),
     }

@@ -26,14 +26,6 @@ pub(crate) struct Locks {
     pub(crate) p: f64,
 }
 
-impl Locks {
-    /// p-value that both allow, where the best of `kinds` causes at `points` values was picked.
-    pub(crate) fn p_among(&self, kinds: usize, points: usize) -> f64 {
-        let (kinds, points) = (kinds.max(1) as f64, points.max(1) as f64);
-        (self.p * kinds).max((kinds.ln() + points.ln() - self.ln_e).exp()).min(1.0)
-    }
-}
-
 /// Tests whether the last columns of `gram` add to the first. Column 0 is what is explained, columns `1..known` are the
 /// rival's, the rest is the effect. `prior`: precision and pull of every column from 1 on.
 pub(crate) fn locks(gram: &Gram, known: usize, prior: &[(f64, f64)]) -> Locks {

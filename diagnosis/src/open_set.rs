@@ -5,7 +5,7 @@
 
 use crate::bench::{Bench, Candidate, Gain, Member, Source};
 use crate::clock::clocks;
-use crate::search::{Pool, Tolerances, is_open, is_relevant, ranked};
+use crate::search::{Pool, Tolerances, is_open, is_relevant, p_of, ranked};
 use crate::story::Axis;
 
 /// A curve must lead by this many nats ..
@@ -94,7 +94,7 @@ fn best(
     let opens = is_relevant(bench, &candidate, &gain, floor_n)
         && is_open(&locks, kinds, tried)
         && (!is_clock || locks.ln_e > SURE_OF_CLOCK);
-    opens.then(|| (with, locks.p_among(kinds, tried)))
+    opens.then(|| (with, p_of(&locks, kinds, tried)))
 }
 
 /// What the freedom of the members costs, nats.

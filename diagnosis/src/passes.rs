@@ -155,7 +155,7 @@ pub(crate) fn run<'s>(
         let fit = bench.fit_members(&members);
         let calibrated = moved(nominal, &values, &fit.values[..values.len()]);
         let with_shifts = shifted(nominal, &calibrated, &members, &amplitudes(&members, &fit));
-        let p_no_mismatch = first.p_no_mismatch.min(p_of_curve);
+        let p_no_mismatch = first.p_no_mismatch.min(p_of_curve).min(p_of_surest(&bench, &pool, &members));
         *kept = Some((rows, pool));
         return Ok(Found {
             bench,
@@ -172,6 +172,20 @@ pub(crate) fn run<'s>(
         });
     }
     Err("the search did not end".to_owned())
+}
+
+/// p-value of the surest member beside the others, as the locks have it.
+fn p_of_surest(bench: &Bench<'_>, pool: &Pool, members: &[Member]) -> f64 {
+    let of = |at: usize| {
+        let others = search::without(members, at);
+        let fit = bench.fit_members(&others);
+        let mut candidate = members[at].candidate.clone();
+        bench.prepare(&mut candidate, &fit.active);
+        let locks = bench.locks(&candidate, &bench.gain(&candidate, &fit), &others);
+        search::p_of(&locks, pool.kinds, 1)
+    };
+    let named = |at: &usize| !matches!(members[*at].candidate.source, Source::Shift { .. });
+    (0..members.len()).filter(named).map(of).fold(1.0, f64::min)
 }
 
 /// Drops, the smallest first, members that carry next to nothing of what all explain together.

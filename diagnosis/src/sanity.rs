@@ -193,8 +193,8 @@ impl ChannelEnds {
             return ChannelEnds::default();
         }
         let step = quantum(x).unwrap_or(0.0);
-        // where no value comes twice by noise, one that does is a plateau of a force without any
-        let often = if step > 0.0 { 0 } else { most_often(x, low, high) };
+        // a plateau of a force without noise, or of a channel that counts coarsely, repeats between the ends as well
+        let often = most_often(x, low, high);
         let width = 0.002 * (high - low) + step;
         let is_end = |edge: &f64| {
             let on = x.iter().filter(|x| *x == edge).count();

@@ -387,6 +387,13 @@ pub(crate) fn is_open(locks: &Locks, kinds: usize, points: usize) -> bool {
     ln_e > level && (locks.p < ALPHA / kinds.max(1) as f64 || (ln_e > BEYOND_NOISE && locks.p < 0.25))
 }
 
+/// p-value of what opened both locks, the best of `kinds` causes at `points` values.
+pub(crate) fn p_of(locks: &Locks, kinds: usize, points: usize) -> f64 {
+    let (kinds, points) = (kinds.max(1) as f64, points.max(1) as f64);
+    let by_e = (kinds.ln() + points.ln() - locks.ln_e).exp().min(1.0);
+    if locks.ln_e - points.ln() > BEYOND_NOISE { by_e } else { by_e.max((locks.p * kinds).min(1.0)) }
+}
+
 /// Runs the search. `floor_n`: RMS force below which a cause is not worth a mention.
 pub(crate) fn search(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>, floor_n: f64) -> Found {
     let mut members: Vec<Member> = Vec::new();
