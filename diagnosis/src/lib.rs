@@ -4,6 +4,8 @@
 //! engine       the order of everything
 //! side         runs with what follows from their motion; resolution: the time over which they are compared
 //! sanity       what is wrong with the recording; rows that cannot be compared
+//! speed        a recorded speed that is worse than that of the position
+//! events       spots that no form of the library has a place for
 //! nominal      the law as a function of what the simulation only assumes
 //! column_law   the same for a law that is known by a column of its force alone
 //! calibration  how far its numbers may move
@@ -11,6 +13,7 @@
 //! bench        the mismatch and all that may explain it, whitened; every fit is algebra on inner products
 //! locks        is an effect real? two tests that must agree
 //! search       which named causes act; story: curves without a name; open_set: what has no name here
+//! clock        what repeats in time; adequacy: is what explains much what acts?
 //! passes       the search, and again around where it has led; rest: what is left
 //! equivalents  what this recording cannot tell apart; experiment: the next run that would, by simulation
 //! proof        rows set aside; scores: the three stages there, and what each cause does
