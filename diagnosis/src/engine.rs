@@ -1,7 +1,6 @@
 //! From runs to a diagnosis.
 
 use simulation::Simulation;
-use simulation::motion::Motion;
 use simulation::run::Run;
 
 use crate::answer;
@@ -17,7 +16,7 @@ use crate::ringing;
 use crate::rows::Rows;
 use crate::sanity;
 use crate::scores;
-use crate::side::{Side, smoothed};
+use crate::side::{Moving, Side};
 use crate::speed;
 
 /// How to diagnose.
@@ -88,24 +87,24 @@ fn attempt(
     let together = factor(runs);
     let (fewer, fewer_held) = (shorter(runs, together), shorter(holdout, together));
     let (runs, holdout) = (fewer.as_deref().unwrap_or(runs), fewer_held.as_deref().unwrap_or(holdout));
-    let believed = speed::set_aside(simulation, &nominal, runs);
-    let without_speed: Vec<Run>;
-    let (runs, holdout, speed) = match &believed {
-        Some((bare, speed)) => {
-            without_speed = holdout.iter().map(|run| Run { velocity_m_s: None, ..run.clone() }).collect();
-            (bare.as_slice(), without_speed.as_slice(), Some(*speed))
-        }
-        None => (runs, holdout, None),
-    };
-    let motions: Vec<Motion> = runs.iter().map(Motion::of).collect();
-    for (run, motion) in runs.iter().zip(&motions) {
+    let recorded = Moving::of(runs);
+    for (run, motion) in runs.iter().zip(&recorded.motions) {
         if let Some(reason) = sanity::moves(run, motion, quality) {
             return Err(reason);
         }
     }
-    let smooth = smoothed(runs, &motions);
-    let parts = (runs, motions.as_slice(), smooth.as_slice());
-    let side = Side::new(simulation, &nominal, &nominal.start(), parts, together > 1, quality)?;
+    let speed = speed::set_aside(simulation, &nominal, &recorded);
+    let (bare, bare_held);
+    let (moving, holdout) = match &speed {
+        Some(speed) => {
+            quality.warnings.push(speed.said());
+            (bare, bare_held) = (speed::without(runs), speed::without(holdout));
+            (Moving::of(&bare), bare_held.as_slice())
+        }
+        None => (recorded, holdout),
+    };
+    let runs = moving.runs;
+    let side = Side::new(simulation, &nominal, &nominal.start(), moving.parts(), together > 1, quality)?;
     quality.count_averages(together);
     if quality.used < sanity::FEWEST_ROWS {
         return Err(format!(
@@ -118,7 +117,7 @@ fn attempt(
     // chosen before any force is looked at
     let split = if holdout.is_empty() { Split::of(runs) } else { Split::none(side.drag_n.len()) };
     let training: Vec<bool> = side.compared.iter().zip(&split.held).map(|(c, held)| *c && !held).collect();
-    let coarsest = coarsest(&nominal, runs, &motions);
+    let coarsest = coarsest(&nominal, runs, &moving.motions);
     let mut rows = Rows::new(runs, &training, coarsest);
     if rows.len() < sanity::FEWEST_ROWS {
         return Err(format!("only {} rows are left beside those set aside", rows.len()));

@@ -337,6 +337,12 @@ fn haar(stretches: &[Vec<f64>], levels: usize) -> Vec<f64> {
     variances
 }
 
+/// Third differences over the root of 20: those of what is smooth vanish, those of white noise have its variance.
+pub(crate) fn third_differences(x: &[f64]) -> Vec<f64> {
+    let scale = 1.0 / 20.0f64.sqrt();
+    x.windows(4).map(|w| scale * (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0])).filter(|d| d.is_finite()).collect()
+}
+
 /// Standard deviation from the median of the sizes: blind to tails.
 pub(crate) fn robust_sigma(x: &[f64]) -> f64 {
     if x.is_empty() {

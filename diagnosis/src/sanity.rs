@@ -4,6 +4,7 @@ use simulation::law::Steady;
 use simulation::motion::Motion;
 use simulation::run::{Break, Run};
 
+use crate::noise::{robust_sigma, third_differences};
 use crate::report::DataQuality;
 
 /// No guide carries more, N.
@@ -39,7 +40,14 @@ pub(crate) fn compared(
     };
     reject("no-finite-force", &mut |n| !run.drag_force_n[n].is_finite());
     let ends = ChannelEnds::of(&run.drag_force_n);
-    reject(CLIPPED, &mut |n| ends.has(run.drag_force_n[n]));
+    let mut clipped = vec![false; rows];
+    for part in &run.parts {
+        for n in part.rows.clone().filter(|n| ends.has(run.drag_force_n[*n])) {
+            let from = n.saturating_sub(BESIDE_CLIPPED).max(part.rows.start);
+            clipped[from..(n + BESIDE_CLIPPED + 1).min(part.rows.end)].fill(true);
+        }
+    }
+    reject(CLIPPED, &mut |n| clipped[n]);
     let direction = &steady.direction;
     reject("slower-than-zero-speed", &mut |n| direction[n] == 0.0);
     let mut near = vec![false; rows];
@@ -189,11 +197,15 @@ pub(crate) struct ChannelEnds(Vec<f64>);
 impl ChannelEnds {
     pub(crate) fn of(x: &[f64]) -> Self {
         let (low, high) = extremes(x);
-        if !(high > low) {
+        // a force without noise has plateaus of its own: constant speed, constant friction
+        let between = |x: &f64| *x > low && *x < high;
+        let stretches = x.chunk_by(|a, b| between(a) && between(b));
+        let noise: Vec<f64> = stretches.flat_map(third_differences).collect();
+        if !(robust_sigma(&noise) > WITHOUT_NOISE * (high - low)) {
             return ChannelEnds::default();
         }
         let step = quantum(x).unwrap_or(0.0);
-        // a plateau of a force without noise, or of a channel that counts coarsely, repeats between the ends as well
+        // what a channel that counts coarsely holds repeats between the ends as well
         let often = most_often(x, low, high);
         let width = 0.002 * (high - low) + step;
         let is_end = |edge: &f64| {
@@ -215,6 +227,9 @@ impl ChannelEnds {
     }
 }
 
+/// Noise, of the range, of which no sensor has less.
+const WITHOUT_NOISE: f64 = 1e-6;
+
 /// How often the commonest value between both ends comes.
 fn most_often(x: &[f64], low: f64, high: f64) -> usize {
     let mut between: Vec<f64> = x.iter().copied().filter(|x| *x > low && *x < high).collect();
@@ -222,8 +237,12 @@ fn most_often(x: &[f64], low: f64, high: f64) -> usize {
     between.chunk_by(|a, b| a == b).map(<[f64]>::len).max().unwrap_or(0)
 }
 
-/// Reason of a row at an end of the force channel: what the force was is not known.
-const CLIPPED: &str = "at-an-end-of-the-force-channel";
+/// Reason of a row at an end of the force channel, where the force is not known, and of those beside it.
+const CLIPPED: &str = "near-an-end-of-the-force-channel";
+
+/// Rows to either side of one at an end that are not compared either: where noise alone keeps a force off the end, what is
+/// left of it is not centred.
+const BESIDE_CLIPPED: usize = 10;
 
 /// Rows at exactly the end of a channel that are no chance.
 const ON_THE_EDGE: usize = 8;

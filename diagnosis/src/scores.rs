@@ -3,7 +3,6 @@
 use simulation::Simulation;
 use simulation::file::PositionReference;
 use simulation::mechanism::Context;
-use simulation::motion::Motion;
 use simulation::run::Run;
 
 use crate::bench::{Source, raw_columns};
@@ -15,7 +14,7 @@ use crate::proof::{self, Split, Stages};
 use crate::report::{DataQuality, Holdout};
 use crate::rest::rms;
 use crate::rows::Rows;
-use crate::side::{Side, smoothed};
+use crate::side::{Moving, Side};
 use crate::story::Axis;
 
 /// Scores, and residuals of the recordings that taught.
@@ -58,11 +57,9 @@ pub(crate) fn score(
         let holdout = Holdout { description: split.description.clone(), intervals_s, ..score };
         return Ok(Proof { holdout, carried, own });
     }
-    let motions: Vec<Motion> = holdout.iter().map(Motion::of).collect();
-    let smooth = smoothed(holdout, &motions);
-    let parts = (holdout, motions.as_slice(), smooth.as_slice());
+    let moving = Moving::of(holdout);
     let at = if nominal.is_incomplete() { law_only.to_vec() } else { nominal.start() };
-    let other = Side::new(simulation, nominal, &at, parts, side.is_averaged, &mut DataQuality::default())?;
+    let other = Side::new(simulation, nominal, &at, moving.parts(), side.is_averaged, &mut DataQuality::default())?;
     let scored = Rows::new(holdout, &other.compared, coarsest);
     let stages = scene.stages(&other, true)?;
     let score = proof::score(&stages, &scored, other.step_s() * coarsest as f64, options.seed);

@@ -116,9 +116,29 @@ impl<'a> Side<'a> {
     }
 }
 
+/// Runs and their motion.
+pub(crate) struct Moving<'r> {
+    pub(crate) runs: &'r [Run],
+    pub(crate) motions: Vec<Motion>,
+    smooth: Vec<Motion>,
+}
+
+impl<'r> Moving<'r> {
+    pub(crate) fn of(runs: &'r [Run]) -> Self {
+        let motions: Vec<Motion> = runs.iter().map(Motion::of).collect();
+        let smooth = smoothed(runs, &motions);
+        Moving { runs, motions, smooth }
+    }
+
+    /// What a [`Side`] is made of.
+    pub(crate) fn parts(&self) -> (&[Run], &[Motion], &[Motion]) {
+        (self.runs, &self.motions, &self.smooth)
+    }
+}
+
 /// Motion whose acceleration does not share its noise with the mismatch: that of the position where acceleration was
 /// measured. The law's inertia keeps the measured one; a column that shared it would explain noise by noise.
-pub(crate) fn smoothed(runs: &[Run], motions: &[Motion]) -> Vec<Motion> {
+fn smoothed(runs: &[Run], motions: &[Motion]) -> Vec<Motion> {
     runs.iter()
         .zip(motions)
         .map(|(run, motion)| {

@@ -6,17 +6,17 @@
 
 use simulation::Simulation;
 use simulation::mechanism::Id;
-use simulation::motion::Motion;
 use simulation::run::Run;
 
 use crate::calibration::calibrate;
+use crate::noise::third_differences;
 use crate::nominal::Nominal;
 use crate::report::DataQuality;
 use crate::resolution::coarsest;
 use crate::rest::rms;
 use crate::rows::Rows;
 use crate::sanity::FEWEST_ROWS;
-use crate::side::{Side, smoothed};
+use crate::side::{Moving, Side};
 
 /// Share of the squared rest that must be gone with the speed of the position.
 const BETTER: f64 = 0.3;
@@ -33,18 +33,34 @@ pub(crate) struct SetAside {
     pub(crate) power_n2: f64,
 }
 
-/// Runs without their recorded speed, where it only adds noise.
-pub(crate) fn set_aside(simulation: &Simulation, nominal: &Nominal, runs: &[Run]) -> Option<(Vec<Run>, SetAside)> {
-    let has_both = |run: &Run| run.velocity_m_s.is_some() && run.position_m.is_some();
+impl SetAside {
+    /// As a line of the data's quality.
+    pub(crate) fn said(&self) -> String {
+        let scatter = self.variance_m2_s2.sqrt();
+        format!("the recorded speed is {scatter:.1e} m/s RMS off that of the position and set aside")
+    }
+}
+
+fn has_both(run: &Run) -> bool {
+    run.velocity_m_s.is_some() && run.position_m.is_some()
+}
+
+/// Runs without the speed that was recorded beside a position.
+pub(crate) fn without(runs: &[Run]) -> Vec<Run> {
+    let bare = |run: &Run| if has_both(run) { Run { velocity_m_s: None, ..run.clone() } } else { run.clone() };
+    runs.iter().map(bare).collect()
+}
+
+/// What is gained without the recorded speed, where that only adds noise.
+pub(crate) fn set_aside(simulation: &Simulation, nominal: &Nominal, recorded: &Moving<'_>) -> Option<SetAside> {
+    let runs = recorded.runs;
     if !runs.iter().any(has_both) || simulation.mechanisms.iter().any(|added| added.id == Id::SpeedNoise) {
         return None;
     }
-    let bare: Vec<Run> = runs
-        .iter()
-        .map(|run| if has_both(run) { Run { velocity_m_s: None, ..run.clone() } } else { run.clone() })
-        .collect();
-    let (recorded, derived) = (Moving::of(runs), Moving::of(&bare));
-    let (as_recorded, as_derived) = (recorded.side(simulation, nominal)?, derived.side(simulation, nominal)?);
+    let bare = without(runs);
+    let derived = Moving::of(&bare);
+    let side = |parts| Side::new(simulation, nominal, &nominal.start(), parts, false, &mut DataQuality::default()).ok();
+    let (as_recorded, as_derived) = (side(recorded.parts())?, side(derived.parts())?);
     let both: Vec<bool> = as_recorded.compared.iter().zip(&as_derived.compared).map(|(a, b)| *a && *b).collect();
     if both.iter().filter(|both| **both).count() < FEWEST_ROWS {
         return None;
@@ -52,7 +68,7 @@ pub(crate) fn set_aside(simulation: &Simulation, nominal: &Nominal, runs: &[Run]
     let forces = [&as_recorded, &as_derived].map(|side| side.force(nominal, &nominal.start()));
     let [Ok(with), Ok(without)] = forces else { return None };
     let effect = rms(&common(&both, with.iter().zip(&without).map(|(a, b)| a - b)));
-    let noise = runs.iter().map(|run| roughness(&run.drag_force_n)).fold(f64::INFINITY, f64::min);
+    let noise = runs.iter().map(|run| rms(&third_differences(&run.drag_force_n))).fold(f64::INFINITY, f64::min);
     if !nominal.is_incomplete() && !(effect > WORTH_A_LOOK * noise) {
         return None;
     }
@@ -60,43 +76,16 @@ pub(crate) fn set_aside(simulation: &Simulation, nominal: &Nominal, runs: &[Run]
         let mut rows = Rows::new(moving.runs, &both, coarsest(nominal, moving.runs, &moving.motions));
         calibrate(simulation, nominal, side, &mut rows, &both).ok().map(|calibrated| calibrated.left)
     };
-    let (with, without) = (left(&recorded, as_recorded)?, left(&derived, as_derived)?);
+    let (with, without) = (left(recorded, as_recorded)?, left(&derived, as_derived)?);
     let power = |left: &[f64]| rms(&common(&both, left.iter().copied())).powi(2);
     let power_n2 = power(&with) - power(&without);
     let speeds = recorded.motions.iter().zip(&derived.motions);
     let apart = speeds.flat_map(|(a, b)| a.velocity_m_s.iter().zip(&b.velocity_m_s).map(|(a, b)| a - b));
     let variance_m2_s2 = rms(&common(&both, apart)).powi(2);
-    (power_n2 > BETTER * power(&with)).then_some((bare, SetAside { variance_m2_s2, power_n2 }))
-}
-
-/// Runs and their motion.
-struct Moving<'r> {
-    runs: &'r [Run],
-    motions: Vec<Motion>,
-    smooth: Vec<Motion>,
-}
-
-impl<'r> Moving<'r> {
-    fn of(runs: &'r [Run]) -> Self {
-        let motions: Vec<Motion> = runs.iter().map(Motion::of).collect();
-        let smooth = smoothed(runs, &motions);
-        Moving { runs, motions, smooth }
-    }
-
-    fn side(&self, simulation: &Simulation, nominal: &Nominal) -> Option<Side<'_>> {
-        let parts = (self.runs, self.motions.as_slice(), self.smooth.as_slice());
-        Side::new(simulation, nominal, &nominal.start(), parts, false, &mut DataQuality::default()).ok()
-    }
+    (power_n2 > BETTER * power(&with)).then_some(SetAside { variance_m2_s2, power_n2 })
 }
 
 /// Entries of the rows that are compared both ways.
 fn common(both: &[bool], column: impl Iterator<Item = f64>) -> Vec<f64> {
     column.zip(both).filter(|(x, both)| **both && x.is_finite()).map(|(x, _)| x).collect()
-}
-
-/// Standard deviation of the white part of a signal: third differences of what is smooth vanish, those of white noise
-/// have 20 times its variance.
-fn roughness(x: &[f64]) -> f64 {
-    let thirds = x.windows(4).map(|w| w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).filter(|d| d.is_finite());
-    rms(&thirds.collect::<Vec<_>>()) / 20.0f64.sqrt()
 }

@@ -1,0 +1,187 @@
+//! What a channel shows by itself, and what has no name: neither is passed off as physics of the library.
+#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
+use diagnosis::report::Diagnosis;
+use diagnosis::{Options, Outcome, diagnose};
+use simulation::Simulation;
+use simulation::profile::{Conditions, Course, Map, Order, Staircase};
+use simulation::run::Run;
+use simulation::sensor::Noise;
+
+const GUIDE: &str = "schema = \"guideblock.simulation/1\"\n[guide]\nparameters = \"zhou-2023\"\n[lubricant]\n\
+                     viscosity_cst = 100.0\n[operation]\npreload_n = 3000.0\n";
+
+const USUAL: Conditions = Conditions { preload_n: Some(3000.0), temperature_degc: Some(40.0), external_load_n: None };
+
+/// White noise of the force, N.
+const NOISE_N: f64 = 0.3;
+
+/// A minute and more of strokes at eight speeds, at 200 Hz.
+fn strokes() -> Course {
+    let speeds_m_s = vec![0.003, 0.006, 0.012, 0.025, 0.04, 0.06, 0.08, 0.1];
+    Staircase { speeds_m_s, length_m: 0.15, order: Order::Both, ..Staircase::default() }.course(200.0, &USUAL).unwrap()
+}
+
+fn simulation(more: &str) -> Simulation {
+    Simulation::from_toml(&format!("{GUIDE}{more}")).unwrap()
+}
+
+/// The law's force with noise, and beside it against the motion what `brake` says of time, speed and travel, N.
+fn recorded(simulation: &Simulation, course: Course, brake: impl Fn(f64, f64, f64) -> f64) -> Run {
+    let force = simulation.force(&course.run, &course.motion).unwrap();
+    let mut noise = Noise::new(7, 0);
+    let (mut travel_m, mut before) = (0.0, course.motion.position_m[0]);
+    let mut drag_force_n = Vec::new();
+    for (n, force) in force.iter().enumerate() {
+        let (x, v) = (course.motion.position_m[n], course.motion.velocity_m_s[n]);
+        travel_m += (x - before).abs();
+        before = x;
+        let braked = if v == 0.0 { 0.0 } else { v.signum() * brake(course.run.time_s[n], v.abs(), travel_m) };
+        drag_force_n.push(force + braked + NOISE_N * noise.gaussian());
+    }
+    Run { drag_force_n, ..course.run }
+}
+
+fn nothing(_: f64, _: f64, _: f64) -> f64 {
+    0.0
+}
+
+fn outcome(run: &Run, simulation: &Simulation) -> Outcome {
+    diagnose(std::slice::from_ref(run), &[], simulation, &Options::default())
+}
+
+fn ids(diagnosis: &Diagnosis) -> Vec<&str> {
+    diagnosis.mechanisms.iter().map(|found| found.id.as_str()).collect()
+}
+
+/// The one number of the one finding.
+fn number(diagnosis: &Diagnosis) -> f64 {
+    let [found] = diagnosis.mechanisms.as_slice() else { panic!("{:#?}", diagnosis.mechanisms) };
+    let [number] = found.parameters.as_slice() else { panic!("{found:#?}") };
+    assert!(number.ci95[0] < number.value && number.value < number.ci95[1], "{number:?}");
+    number.value
+}
+
+/// Shares of the mismatch, those of the findings and the rest.
+fn shared_out(diagnosis: &Diagnosis) -> f64 {
+    diagnosis.mechanisms.iter().map(|found| found.share_of_mismatch).sum::<f64>()
+        + diagnosis.unexplained.share_of_mismatch
+}
+
+#[test]
+fn a_channel_that_ends_is_named_its_rows_set_aside_and_not_found_again() {
+    let simulation = simulation("");
+    let mut run = recorded(&simulation, strokes(), nothing);
+    let limit = 0.95 * run.drag_force_n.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let clipped = run.drag_force_n.iter().filter(|x| x.abs() >= limit).count();
+    run.drag_force_n.iter_mut().for_each(|x| *x = x.clamp(-limit, limit));
+    let found = outcome(&run, &simulation);
+    assert_eq!(ids(&found.diagnosis), ["force-saturation"]);
+    assert!((number(&found.diagnosis) / limit - 1.0).abs() < 1e-9);
+    assert!((shared_out(&found.diagnosis) - 1.0).abs() < 1e-9, "{}", shared_out(&found.diagnosis));
+    assert_eq!(found.diagnosis.p_no_mismatch, 0.0);
+    assert!(found.diagnosis.data_quality.rejected["near-an-end-of-the-force-channel"] >= clipped);
+    let again = outcome(&run, &found.augmented.unwrap());
+    assert_eq!(ids(&again.diagnosis), [""; 0]);
+}
+
+#[test]
+fn plateaus_of_a_force_without_noise_are_no_ends() {
+    let simulation = simulation("");
+    let course = Map { speeds_m_s: vec![0.05], length_m: 0.3, ..Map::default() }.course(200.0, &USUAL).unwrap();
+    let force = simulation.force(&course.run, &course.motion).unwrap();
+    let run = Run { drag_force_n: force, ..course.run };
+    let found = outcome(&run, &simulation).diagnosis;
+    assert_eq!(ids(&found), [""; 0]);
+    assert!(!found.data_quality.rejected.contains_key("near-an-end-of-the-force-channel"), "{:?}", found.data_quality);
+}
+
+#[test]
+fn a_step_is_named_where_it_is_coarser_than_the_noise_and_not_where_noise_carries_over_it() {
+    let simulation = simulation("");
+    let noisy = recorded(&simulation, strokes(), nothing);
+    let counted = |step: f64| {
+        let drag_force_n = noisy.drag_force_n.iter().map(|x| (x / step).round() * step).collect();
+        outcome(&Run { drag_force_n, ..noisy.clone() }, &simulation).diagnosis
+    };
+    let coarse = counted(1.5);
+    assert_eq!(ids(&coarse), ["force-quantisation"]);
+    assert!((number(&coarse) / 1.5 - 1.0).abs() < 1e-6);
+    assert!((shared_out(&coarse) - 1.0).abs() < 1e-9, "{}", shared_out(&coarse));
+    assert_eq!(ids(&counted(0.2)), [""; 0]);
+}
+
+#[test]
+fn a_recorded_speed_that_only_adds_noise_is_set_aside_and_said_so() {
+    let simulation = simulation("[axis]\nmoved_mass_kg = 10.0\n");
+    let of = |noise_m_s: f64| {
+        let course = strokes();
+        let mut noise = Noise::new(3, 0);
+        let recorded_speed = course.motion.velocity_m_s.iter().map(|v| v + noise_m_s * noise.gaussian()).collect();
+        let run = Run { acceleration_m_s2: None, ..recorded(&simulation, course, nothing) };
+        outcome(&Run { velocity_m_s: Some(recorded_speed), ..run }, &simulation).diagnosis
+    };
+    let noisy = of(1e-3);
+    assert_eq!(ids(&noisy), ["speed-noise"]);
+    assert!((number(&noisy).sqrt() / 1e-3 - 1.0).abs() < 0.05, "{}", number(&noisy).sqrt());
+    assert!(noisy.data_quality.warnings.iter().any(|line| line.contains("recorded speed")), "{:?}", noisy.data_quality);
+    assert_eq!(ids(&of(0.0)), [""; 0]);
+}
+
+#[test]
+fn a_speed_in_another_unit_is_refused_and_not_taken_for_noise() {
+    let simulation = simulation("[axis]\nmoved_mass_kg = 40.0\n");
+    let course = strokes();
+    let velocity_m_s = Some(course.motion.velocity_m_s.iter().map(|v| 1e3 * v).collect());
+    let run = Run { velocity_m_s, ..recorded(&simulation, course, nothing) };
+    let found = outcome(&run, &simulation).diagnosis;
+    assert_eq!(ids(&found), [""; 0]);
+    let warnings = &found.data_quality.warnings;
+    assert!(warnings.iter().any(|line| line.contains("m/s")), "{warnings:?}");
+}
+
+#[test]
+fn a_clamp_on_another_machine_s_clock_is_unknown_with_its_period() {
+    let simulation = simulation("");
+    let period_s = 5.37;
+    let clamp = |t: f64, _: f64, _: f64| if t.rem_euclid(period_s) < 0.35 * period_s { 0.8 } else { 0.0 };
+    let found = outcome(&recorded(&simulation, strokes(), clamp), &simulation).diagnosis;
+    assert_eq!(ids(&found), ["unknown"]);
+    let [place] = found.regions.as_slice() else { panic!("{:?}", found.regions) };
+    assert_eq!((place.axis, place.unit), ("frequency", "Hz"));
+    assert!((place.from * period_s - 1.0).abs() < 5e-3, "{place:?}");
+    assert!(found.holdout.rmse_after_n < 0.7 * found.holdout.rmse_calibrated_n, "{:?}", found.holdout);
+}
+
+#[test]
+fn a_force_that_no_cause_of_the_library_follows_gets_no_name() {
+    let simulation = simulation("");
+    // air, with the square of speed: faster than seals or grease
+    let air = |_: f64, v: f64, _: f64| 200.0 * v * v;
+    let found = outcome(&recorded(&simulation, strokes(), air), &simulation).diagnosis;
+    assert_eq!(ids(&found), ["unknown"]);
+    // a wiper that touches for some tenths of a second now and then
+    let mut draws = Noise::new(21, 0);
+    let touches: Vec<bool> = (0..2000).map(|_| draws.gaussian() > 0.8).collect();
+    let wiper = |t: f64, _: f64, _: f64| if touches[(t / 0.7) as usize % touches.len()] { 1.5 } else { 0.0 };
+    let found = outcome(&recorded(&simulation, strokes(), wiper), &simulation).diagnosis;
+    assert_eq!(ids(&found), ["unknown"]);
+}
+
+#[test]
+fn dirt_brakes_over_one_length_and_what_pushes_as_often_is_no_dirt() {
+    let simulation = simulation("");
+    let mut draws = Noise::new(5, 0);
+    let mut places_m = vec![0.02];
+    while places_m.len() < 300 {
+        places_m.push(places_m[places_m.len() - 1] + 0.02 + 0.03 * draws.gaussian().abs());
+    }
+    // 1 mm each, along the travel: no place comes twice
+    let hit = |travel_m: f64| places_m.iter().position(|place| (travel_m - place).abs() < 5e-4);
+    let dirt = |_: f64, _: f64, travel_m: f64| hit(travel_m).map_or(0.0, |_| 6.0);
+    let found = outcome(&recorded(&simulation, strokes(), dirt), &simulation).diagnosis;
+    assert_eq!(ids(&found), ["contamination"]);
+    let both = |_: f64, _: f64, travel_m: f64| hit(travel_m).map_or(0.0, |k| if k % 2 == 0 { 6.0 } else { -6.0 });
+    let found = outcome(&recorded(&simulation, strokes(), both), &simulation).diagnosis;
+    assert!(!ids(&found).contains(&"contamination"), "{:?}", ids(&found));
+}
