@@ -334,4 +334,16 @@ mod tests {
         stuck[700..900].fill(1.0);
         assert_eq!(longest_still(&stuck), Some((700, 200)));
     }
+
+    #[test]
+    fn a_clipped_force_has_an_end_and_the_plateau_of_one_without_noise_is_none() {
+        // forth and back at constant speed: a trapezium, its tops flat
+        let forth_and_back: Vec<f64> =
+            (0..8000).map(|n| (f64::from(n) * 0.004).sin() * 30.0).map(|x| x.clamp(-8.0, 8.0)).collect();
+        assert!(ChannelEnds::of(&forth_and_back).0.is_empty());
+        let mut noise = simulation::sensor::Noise::new(1, 0);
+        let clipped: Vec<f64> =
+            forth_and_back.iter().map(|x| (x * 1.25 + 0.1 * noise.gaussian()).clamp(-8.0, 8.0)).collect();
+        assert_eq!(ChannelEnds::of(&clipped).0, [-8.0, 8.0]);
+    }
 }

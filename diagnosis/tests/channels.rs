@@ -4,7 +4,7 @@
 use diagnosis::report::Diagnosis;
 use diagnosis::{Options, Outcome, diagnose};
 use simulation::Simulation;
-use simulation::profile::{Conditions, Course, Map, Order, Staircase};
+use simulation::profile::{Conditions, Course, Order, Staircase};
 use simulation::run::Run;
 use simulation::sensor::Noise;
 
@@ -83,17 +83,6 @@ fn a_channel_that_ends_is_named_its_rows_set_aside_and_not_found_again() {
     assert!(found.diagnosis.data_quality.rejected["near-an-end-of-the-force-channel"] >= clipped);
     let again = outcome(&run, &found.augmented.unwrap());
     assert_eq!(ids(&again.diagnosis), [""; 0]);
-}
-
-#[test]
-fn plateaus_of_a_force_without_noise_are_no_ends() {
-    let simulation = simulation("");
-    let course = Map { speeds_m_s: vec![0.05], length_m: 0.3, ..Map::default() }.course(200.0, &USUAL).unwrap();
-    let force = simulation.force(&course.run, &course.motion).unwrap();
-    let run = Run { drag_force_n: force, ..course.run };
-    let found = outcome(&run, &simulation).diagnosis;
-    assert_eq!(ids(&found), [""; 0]);
-    assert!(!found.data_quality.rejected.contains_key("near-an-end-of-the-force-channel"), "{:?}", found.data_quality);
 }
 
 #[test]
