@@ -117,6 +117,16 @@ pub(crate) struct Member {
     pub(crate) base: Vec<usize>,
 }
 
+/// A member in the place that the others leave it.
+pub(crate) struct Beside {
+    pub(crate) others: Vec<Member>,
+    /// Of the law and the others.
+    pub(crate) fit: Fit,
+    /// The member's own, prepared for that fit, and what it adds to it.
+    pub(crate) own: Candidate,
+    pub(crate) gain: Gain,
+}
+
 /// A fit of the base.
 #[derive(Clone, Debug)]
 pub(crate) struct Fit {
@@ -294,6 +304,11 @@ impl<'a> Bench<'a> {
         raw_columns(source, self.contexts)
     }
 
+    /// Force of a source with these amplitudes over the rows of all runs, N; nothing where no run shows it.
+    pub(crate) fn force(&self, source: &Source, amplitudes: &[f64]) -> Vec<f64> {
+        weighted(&self.raw(source).unwrap_or_default(), amplitudes)
+    }
+
     /// Whitens a source.
     pub(crate) fn candidate(&self, source: Source) -> Option<Candidate> {
         self.candidates([source]).pop()
@@ -327,11 +342,7 @@ impl<'a> Bench<'a> {
     }
 
     fn of_white(&self, source: Source, columns: Vec<Vec<f32>>) -> Option<Candidate> {
-        let mut own = Symmetric::zeros(columns.len());
-        let all: Vec<&[f32]> = columns.iter().map(Vec::as_slice).collect();
-        for (n, product) in products(&all, &all).into_iter().enumerate() {
-            own.set(n / columns.len(), n % columns.len(), product);
-        }
+        let own = Symmetric::gram(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>());
         if (0..columns.len()).all(|i| !(own.get(i, i) > 1e-12))
             || (0..columns.len()).any(|i| !own.get(i, i).is_finite())
         {
@@ -420,6 +431,16 @@ impl<'a> Bench<'a> {
         Member { candidate, base }
     }
 
+    /// What a member adds to the others.
+    pub(crate) fn beside(&self, members: &[Member], at: usize) -> Beside {
+        let others = without(members, at);
+        let fit = self.fit_members(&others);
+        let mut own = members[at].candidate.clone();
+        self.prepare(&mut own, &fit.active);
+        let gain = self.gain(&own, &fit);
+        Beside { others, fit, own, gain }
+    }
+
     /// Both tests of a candidate against the members.
     pub(crate) fn locks(&self, candidate: &Candidate, gain: &Gain, members: &[Member]) -> Locks {
         let active = self.active(members);
@@ -440,6 +461,11 @@ impl<'a> Bench<'a> {
         prior.resize(columns.len() - 1, (0.0, 0.0));
         locks(&Gram::of(&columns, &self.rows.blocks), known, &prior)
     }
+}
+
+/// All members but one.
+pub(crate) fn without(members: &[Member], at: usize) -> Vec<Member> {
+    members.iter().enumerate().filter(|(k, _)| *k != at).map(|(_, member)| member.clone()).collect()
 }
 
 /// Columns of a mechanism or a curve over the rows of these runs, laid end to end.
@@ -469,6 +495,12 @@ pub(crate) fn raw_columns(source: &Source, contexts: &[Context<'_>]) -> Option<V
         }
     }
     shown.then_some(columns)
+}
+
+/// Sum of columns, each times its amplitude.
+pub(crate) fn weighted(columns: &[Vec<f64>], amplitudes: &[f64]) -> Vec<f64> {
+    let rows = columns.first().map_or(0, Vec::len);
+    (0..rows).map(|n| columns.iter().zip(amplitudes).map(|(column, x)| column[n] * x).sum()).collect()
 }
 
 /// Least squares within bounds: what pulls the wrong way is left out and what goes too far is held at its end, the worst

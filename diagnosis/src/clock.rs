@@ -6,6 +6,7 @@
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 
+use simulation::mechanism::Context;
 use simulation::run::{Part, Run};
 
 use crate::bench::{Bench, Candidate, Fit, Source};
@@ -58,7 +59,8 @@ pub(crate) fn clocks(bench: &Bench<'_>, fit: &Fit) -> (Vec<Candidate>, usize) {
     }
     let mut found: Vec<Candidate> = Vec::new();
     for carrier in CARRIERS {
-        let weight = carrier_of(bench, carrier);
+        let of_run = |context: &Context<'_>| (0..context.run.len()).map(|n| carrier.of(context, n)).collect::<Vec<_>>();
+        let weight: Vec<f64> = bench.contexts.iter().flat_map(of_run).collect();
         let mut sums = vec![Complex::new(0.0, 0.0); bins];
         for (row, t) in times().enumerate().filter(|(row, t)| power[*row] > 0.0 && t.is_finite()) {
             sums[(((t - start) * PER_S) as usize).min(bins - 1)].re += rest[row] * weight[row];
@@ -114,19 +116,4 @@ fn refined(bench: &Bench<'_>, fit: &Fit, near_hz: f64, span_s: f64, carrier: Car
         step *= 0.5;
     }
     Some(best.2)
-}
-
-/// What a curve with this carrier multiplies, over the rows of all runs.
-fn carrier_of(bench: &Bench<'_>, carrier: Carrier) -> Vec<f64> {
-    let of = |context: &simulation::mechanism::Context<'_>| -> Vec<f64> {
-        let drag = |n: usize| context.steady.drag_n.get(n).copied().filter(|x| x.is_finite()).unwrap_or(0.0);
-        (0..context.run.len())
-            .map(|n| match carrier {
-                Carrier::Even => 1.0,
-                Carrier::Odd => context.direction[n],
-                Carrier::Drag => context.direction[n] * drag(n),
-            })
-            .collect()
-    };
-    bench.contexts.iter().flat_map(of).collect()
 }

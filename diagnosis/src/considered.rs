@@ -2,8 +2,9 @@
 
 use crate::bench::{Bench, Gain, Member, Source};
 use crate::finding::id_of;
+use crate::pool::{Pool, Tolerances, ranked};
+use crate::refine::refine;
 use crate::report::Considered;
-use crate::search::{Pool, Tolerances, ranked, refine};
 
 /// Causes that are listed.
 const LISTED: usize = 8;

@@ -2,9 +2,11 @@
 
 use simulation::mechanism::library;
 
-use crate::bench::{Bench, Candidate, Member};
+use crate::bench::{Bench, Beside, Candidate, Member};
 use crate::linear::{Cholesky, Symmetric, dot, products};
-use crate::search::{Pool, Tolerances, refine, simplicity};
+use crate::pool::{Pool, Tolerances};
+use crate::refine::refine;
+use crate::search::simplicity;
 
 /// Rivals this many nats behind are still in the race.
 const TIE: f64 = 3.0;
@@ -38,12 +40,7 @@ pub(crate) fn of(
     members: &[Member],
     at: usize,
 ) -> Set {
-    let others: Vec<Member> =
-        members.iter().enumerate().filter(|(k, _)| *k != at).map(|(_, member)| member.clone()).collect();
-    let fit = bench.fit_members(&others);
-    let mut own = members[at].candidate.clone();
-    bench.prepare(&mut own, &fit.active);
-    let own_gain = bench.gain(&own, &fit);
+    let Beside { others, fit, own, gain: own_gain } = bench.beside(members, at);
     let tie = TIE.max(NEAR * own_gain.nats);
     let mut candidates = vec![own.clone()];
     let mut against = 0.0;
@@ -95,12 +92,7 @@ fn is_with_more(rich: &Candidate, constant: &Candidate) -> bool {
 /// Share of a column's square that others do not imitate.
 fn left_by(column: &[f32], others: &[Vec<f32>]) -> f64 {
     let others: Vec<&[f32]> = others.iter().map(Vec::as_slice).collect();
-    let between = products(&others, &others);
-    let mut a = Symmetric::zeros(others.len());
-    for (n, product) in between.into_iter().enumerate() {
-        a.set(n / others.len(), n % others.len(), product);
-    }
-    let forward = Cholesky::of(&a).forward(&products(&others, &[column]));
+    let forward = Cholesky::of(&Symmetric::gram(&others)).forward(&products(&others, &[column]));
     let own = products(&[column], &[column])[0];
     if own > 0.0 { 1.0 - dot(&forward, &forward) / own } else { 0.0 }
 }

@@ -29,6 +29,7 @@
 
 mod adequacy;
 mod answer;
+mod balance;
 mod bench;
 mod calibration;
 mod clock;
@@ -47,7 +48,9 @@ mod noise;
 mod nominal;
 mod open_set;
 mod passes;
+mod pool;
 mod proof;
+mod refine;
 mod refit;
 mod region;
 pub mod report;

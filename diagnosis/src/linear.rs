@@ -12,6 +12,11 @@ impl Symmetric {
         Symmetric { size, entries: vec![0.0; size * size] }
     }
 
+    /// Inner products of columns with one another.
+    pub(crate) fn gram(columns: &[&[f32]]) -> Self {
+        Symmetric { size: columns.len(), entries: products(columns, columns) }
+    }
+
     pub(crate) fn size(&self) -> usize {
         self.size
     }

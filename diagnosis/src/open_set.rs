@@ -5,7 +5,8 @@
 
 use crate::bench::{Bench, Candidate, Gain, Member, Source};
 use crate::clock::clocks;
-use crate::search::{Pool, Tolerances, is_open, is_relevant, p_of, ranked};
+use crate::pool::{Pool, Tolerances, ranked};
+use crate::search::{is_open, is_relevant, p_of};
 use crate::story::Axis;
 
 /// A curve must lead by this many nats ..

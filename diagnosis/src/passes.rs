@@ -4,19 +4,20 @@ use simulation::Simulation;
 use simulation::file::PositionReference;
 
 use crate::adequacy::{Doubt, doubts};
-use crate::bench::{Bench, Fit, Member, Source};
+use crate::bench::{Bench, Beside, Fit, Member, Source};
 use crate::calibration::{moved, prior, shifted};
 use crate::considered;
 use crate::equivalents::{self, Set};
 use crate::finding::id_of;
 use crate::nominal::Nominal;
 use crate::open_set;
+use crate::pool::{Pool, Tolerances};
 use crate::report::Considered;
 use crate::rest::{noise_rms, rms, shares, whiteness};
 use crate::rows::Rows;
 use crate::sanity::quantum;
 use crate::saturation::Saturation;
-use crate::search::{self, Pool, Tolerances, search};
+use crate::search::{self, search};
 use crate::side::Side;
 
 /// A cause whose force is smaller than this share of the noise is not worth a mention.
@@ -177,11 +178,8 @@ pub(crate) fn run<'s>(
 /// p-value of the surest member beside the others, as the locks have it.
 fn p_of_surest(bench: &Bench<'_>, pool: &Pool, members: &[Member]) -> f64 {
     let of = |at: usize| {
-        let others = search::without(members, at);
-        let fit = bench.fit_members(&others);
-        let mut candidate = members[at].candidate.clone();
-        bench.prepare(&mut candidate, &fit.active);
-        let locks = bench.locks(&candidate, &bench.gain(&candidate, &fit), &others);
+        let Beside { others, own, gain, .. } = bench.beside(members, at);
+        let locks = bench.locks(&own, &gain, &others);
         search::p_of(&locks, pool.kinds, 1)
     };
     let named = |at: &usize| !matches!(members[*at].candidate.source, Source::Shift { .. });
@@ -192,23 +190,12 @@ fn p_of_surest(bench: &Bench<'_>, pool: &Pool, members: &[Member]) -> f64 {
 fn drop_small(bench: &Bench<'_>, members: &mut Vec<Member>) {
     while members.len() > 1 {
         let fit = bench.fit_members(members);
-        let force = |member: &Member| -> Vec<f64> {
-            let columns = bench.raw(&member.candidate.source).unwrap_or_default();
-            let mut sum = vec![0.0; columns.first().map_or(0, Vec::len)];
-            for (column, base) in columns.iter().zip(&member.base) {
-                let amplitude = fit.value_of(*base);
-                sum.iter_mut().zip(column).for_each(|(sum, x)| *sum += amplitude * x);
-            }
-            sum
-        };
-        let forces: Vec<Vec<f64>> = members.iter().map(force).collect();
+        let amplitudes = amplitudes(members, &fit);
+        let forces: Vec<Vec<f64>> =
+            members.iter().zip(&amplitudes).map(|(member, x)| bench.force(&member.candidate.source, x)).collect();
         let shares = shares(&bench.rows, &bench.tangent, &forces, 1.0);
         let least = |at: usize| {
-            let others: Vec<Member> = search::without(members, at);
-            let fit = bench.fit_members(&others);
-            let mut candidate = members[at].candidate.clone();
-            bench.prepare(&mut candidate, &fit.active);
-            let gain = bench.gain(&candidate, &fit);
+            let Beside { fit, gain, .. } = bench.beside(members, at);
             if search::is_small(bench, &gain, &fit) { LEAST_SHARE_OF_SMALL } else { LEAST_SHARE }
         };
         let smallest = (0..members.len()).min_by(|a, b| shares[*a].total_cmp(&shares[*b]));

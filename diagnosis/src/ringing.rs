@@ -9,8 +9,9 @@ use simulation::mechanism::{Id, definition};
 use crate::bench::{Bench, Source, raw_columns};
 use crate::calibration::{Calibrated, prior};
 use crate::nominal::Nominal;
+use crate::pool::grid;
+use crate::refine::refine;
 use crate::rows::Rows;
-use crate::search::{grid, refine};
 
 /// Order of an autoregression that has room for the colour of friction, but hardly for a frequency.
 const SHORT: usize = 2;

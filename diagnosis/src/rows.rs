@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use simulation::run::{Break, Run};
 
-use crate::linear::{Symmetric, products};
+use crate::linear::Symmetric;
 use crate::noise::{MAX_ORDER, Whitening, robust_sigma};
 
 /// Longest gap that is bridged, s.
@@ -342,11 +342,8 @@ impl Gram {
         let blocks_out: Vec<Symmetric> = blocks
             .iter()
             .map(|rows| {
-                let mut block = Symmetric::zeros(size);
                 let pieces: Vec<&[f32]> = columns.iter().map(|column| &column[rows.clone()]).collect();
-                for (n, product) in products(&pieces, &pieces).into_iter().enumerate() {
-                    block.set(n / size, n % size, product);
-                }
+                let block = Symmetric::gram(&pieces);
                 total.accumulate(&block, 1.0);
                 block
             })

@@ -5,7 +5,7 @@ use simulation::file::PositionReference;
 use simulation::mechanism::Context;
 use simulation::run::Run;
 
-use crate::bench::{Source, raw_columns};
+use crate::bench::{Source, raw_columns, weighted};
 use crate::engine::Options;
 use crate::linear::{Cholesky, Symmetric, dot};
 use crate::nominal::Nominal;
@@ -102,15 +102,8 @@ impl Scene<'_> {
         if crosses && (is_clock(source) || (self.is_relative && is_phase_bound(source))) {
             return None;
         }
-        let columns = raw_columns(&member.candidate.source, contexts)?;
-        let mut force = vec![0.0; columns.first().map_or(0, Vec::len)];
-        for (column, base) in columns.iter().zip(&member.base) {
-            let amplitude = self.found.fit.value_of(*base);
-            for (force, x) in force.iter_mut().zip(column) {
-                *force += amplitude * x;
-            }
-        }
-        Some(force)
+        let amplitudes: Vec<f64> = member.base.iter().map(|base| self.found.fit.value_of(*base)).collect();
+        Some(weighted(&raw_columns(source, contexts)?, &amplitudes))
     }
 
     /// What can be said of a member where places are not those that taught: its mean along the stroke, in either direction

@@ -5,15 +5,15 @@
 //! take a richer form: most spurious second names are the first one's missing shape. After it, each one may be
 //! exchanged for a better one or dropped.
 
-use simulation::mechanism::{Definition, Form, Id, Kind, Search, ShapeParameter, library};
+use simulation::mechanism::Id;
 
 use crate::adequacy;
-use crate::bench::{Bench, Candidate, Fit, Gain, Member, Source};
-use crate::linear::dot;
+use crate::bench::{Bench, Beside, Candidate, Fit, Gain, Member, Source, without};
 use crate::locks::Locks;
-use crate::nominal::Nominal;
-use crate::spectrum::{Left, Waves, is_wave, span, tried};
-use crate::story::Curve;
+use crate::pool::{Pool, Tolerances, ranked};
+use crate::refine::refine;
+use crate::rest::power;
+use crate::spectrum::is_wave;
 
 /// Most causes that act together.
 const MOST: usize = 6;
@@ -47,336 +47,10 @@ const BEYOND_NOISE: f64 = 120.0;
 /// Causes that are refined in every step.
 const SHORT_LIST: usize = 4;
 
-/// Causes whose every form is looked at.
-const LEADING: usize = 5;
-
-/// Most points of a grid over shape parameters; of a form whose mechanism is already there, fewer.
-const MOST_POINTS: usize = 150;
-const MOST_POINTS_OF_RICHER: usize = 50;
-
-/// Prior values of the parameters: how far calibration has moved each already, and its tolerance.
-pub(crate) struct Tolerances<'a> {
-    pub(crate) nominal: &'a Nominal,
-    pub(crate) moved: &'a [f64],
-}
-
 /// What the search found.
 pub(crate) struct Found {
     pub(crate) members: Vec<Member>,
     pub(crate) p_no_mismatch: f64,
-}
-
-/// Everything that may be taken up, whitened.
-pub(crate) struct Pool {
-    pub(crate) causes: Vec<Candidate>,
-    pub(crate) stories: Vec<Candidate>,
-    /// Number of different causes.
-    pub(crate) kinds: usize,
-    /// Those that are waves along the rail: their wavelengths follow from what a fit leaves.
-    waves: Vec<&'static Definition>,
-    /// Stroke over which waves are seen, m.
-    span_m: f64,
-    /// What the search for their lengths takes from runs and noise alone, by cause and form.
-    spectra: Vec<(Id, usize, Waves)>,
-    /// Causes all of whose forms are here.
-    whole: Vec<Id>,
-}
-
-impl Pool {
-    pub(crate) fn new(bench: &Bench<'_>, tolerances: &Tolerances<'_>, curves: &[Curve]) -> Self {
-        let mut causes = Vec::new();
-        let mut kinds = 0;
-        let ends = span(bench);
-        let (mut waves, span_m) = (Vec::new(), (ends.1 - ends.0).max(0.0));
-        // what the channel itself shows is no matter of a fit
-        for definition in library().iter().filter(|definition| definition.id != Id::ForceSaturation) {
-            let before = causes.len();
-            if definition.forms.first().is_some_and(is_wave) {
-                waves.push(definition);
-                kinds += 1;
-                continue;
-            }
-            let shapes = definition.forms.first().map(|form| grid(form, MOST_POINTS, ends)).unwrap_or_default();
-            let minimal = shapes.into_iter().map(|shape| Source::Mechanism { definition, form: 0, shape });
-            let shapeless = (1..definition.forms.len()).filter(|form| definition.forms[*form].shape.is_empty());
-            let richer = shapeless.map(|form| Source::Mechanism { definition, form, shape: Vec::new() });
-            causes.extend(bench.candidates(minimal.chain(richer)));
-            kinds += usize::from(causes.len() > before);
-        }
-        causes.extend(shifts(bench, tolerances));
-        kinds += tolerances.nominal.parameters.iter().filter(|parameter| parameter.sigma.is_some()).count();
-        let stories = bench.candidates(curves.iter().map(|curve| Source::Story { curve: curve.clone() }));
-        Pool { causes, stories, kinds, waves, span_m, spectra: Vec::new(), whole: Vec::new() }
-    }
-
-    /// The same for another bench of the same runs and the same noise: columns stay, the law is another.
-    pub(crate) fn again(mut self, bench: &Bench<'_>, tolerances: &Tolerances<'_>) -> Self {
-        self.causes.retain(|candidate| !matches!(candidate.source, Source::Shift { .. }));
-        self.causes.iter_mut().chain(&mut self.stories).for_each(Candidate::forget);
-        self.causes.extend(shifts(bench, tolerances));
-        self
-    }
-
-    /// The best of each cause beyond a fit, best first; of the leading ones in whichever form does best.
-    pub(crate) fn ranked_causes(
-        &mut self,
-        bench: &Bench<'_>,
-        fit: &Fit,
-        tolerances: &Tolerances<'_>,
-    ) -> Vec<(usize, Gain)> {
-        let left = Left::of(bench, fit);
-        let mut seen = Vec::new();
-        for definition in self.waves.clone() {
-            self.tune(bench, &left, definition, &mut seen);
-        }
-        let order = ranked(bench, &mut self.causes, fit, tolerances);
-        let leading: Vec<Source> = order
-            .iter()
-            .map(|(index, _)| &self.causes[*index].source)
-            .filter(|source| matches!(source, Source::Mechanism { .. }))
-            .take(LEADING)
-            .cloned()
-            .collect();
-        let before = self.whole.len();
-        for source in leading {
-            self.complete(bench, &left, &source);
-        }
-        if self.whole.len() == before {
-            return order;
-        }
-        ranked(bench, &mut self.causes, fit, tolerances)
-    }
-
-    /// The best of a cause in any of its forms.
-    fn best_of(&mut self, bench: &Bench<'_>, source: &Source, fit: &Fit) -> Option<(Candidate, Gain)> {
-        let Source::Mechanism { definition, .. } = source else { return None };
-        if !self.whole.contains(&definition.id) {
-            self.complete(bench, &Left::of(bench, fit), source);
-        }
-        let of_kind =
-            |c: &&mut Candidate| matches!(&c.source, Source::Mechanism { definition: d, .. } if d.id == definition.id);
-        let mut best: Option<(&Candidate, Gain)> = None;
-        for candidate in self.causes.iter_mut().filter(of_kind) {
-            bench.prepare(candidate, &fit.active);
-            let gain = bench.gain(candidate, fit);
-            if best.as_ref().is_none_or(|(_, other)| gain.score > other.score) {
-                best = Some((candidate, gain));
-            }
-        }
-        best.map(|(candidate, _)| refine(bench, candidate, fit))
-    }
-
-    /// Adds the forms of a cause that a first look leaves out. What a form shares with the one of `source` (the place of
-    /// a joint) is where it is there.
-    fn complete(&mut self, bench: &Bench<'_>, left: &Left, source: &Source) {
-        let Source::Mechanism { definition, form: known, shape: known_shape } = source else { return };
-        if self.whole.contains(&definition.id) {
-            return;
-        }
-        let shared = |name: &str| {
-            let at = definition.forms[*known].shape.iter().position(|parameter| parameter.name == name)?;
-            known_shape.get(at).copied()
-        };
-        self.whole.push(definition.id);
-        for (form, what) in definition.forms.iter().enumerate() {
-            if bench.is_relative && what.shape.iter().any(|parameter| parameter.search == Search::StrokeStart) {
-                continue;
-            }
-            if is_wave(what) && !self.waves.iter().any(|wave| wave.id == definition.id) {
-                self.tune(bench, left, definition, &mut Vec::new());
-            } else if form > 0 && !what.shape.is_empty() && !is_wave(what) {
-                let shapes = grid_around(what, MOST_POINTS_OF_RICHER, span(bench), &shared);
-                let source = |shape| Source::Mechanism { definition, form, shape };
-                self.causes.extend(bench.candidates(shapes.into_iter().map(source)));
-            }
-        }
-    }
-
-    /// Adds the wavelengths that what is left points to, in every form that is a wave. `seen`: those of other causes,
-    /// which a sensor may imitate; those of this one are added.
-    fn tune(&mut self, bench: &Bench<'_>, left: &Left, definition: &'static Definition, seen: &mut Vec<f64>) {
-        let waves: Vec<usize> = (0..definition.forms.len()).filter(|form| is_wave(&definition.forms[*form])).collect();
-        let mut own = Vec::new();
-        for form in &waves {
-            let known = |(id, of, _): &(Id, usize, Waves)| *id == definition.id && of == form;
-            if !self.spectra.iter().any(known) {
-                self.spectra.push((definition.id, *form, Waves::of(bench, left, definition, *form)));
-            }
-            own.extend(self.spectra.iter().filter(|of| known(of)).flat_map(|(.., waves)| left.peaks(bench, waves)));
-        }
-        seen.extend(&own);
-        let peaks = if definition.kind == Kind::Sensor { seen.clone() } else { own };
-        let mut sources: Vec<Source> = Vec::new();
-        for form in waves {
-            for peak in &peaks {
-                // what repeats after a wave may be the second order of one twice as long
-                let lengths = if form > 0 { vec![*peak, 2.0 * peak] } else { vec![*peak] };
-                for length in lengths.into_iter().filter(|length| is_within(&definition.forms[form].shape[0], *length))
-                {
-                    let close = |source: &Source| match source {
-                        Source::Mechanism { definition: d, form: f, shape } if d.id == definition.id && *f == form => {
-                            (1.0 / shape[0] - 1.0 / length).abs() * self.span_m < 0.1
-                        }
-                        _ => false,
-                    };
-                    if !self.causes.iter().map(|candidate| &candidate.source).chain(&sources).any(close) {
-                        sources.push(Source::Mechanism { definition, form, shape: vec![length] });
-                    }
-                }
-            }
-        }
-        self.causes.extend(bench.candidates(sources));
-    }
-
-    /// Numbers that were tried for a cause.
-    fn points_of(&self, source: &Source) -> usize {
-        match source {
-            Source::Mechanism { definition, form, .. } if is_wave(&definition.forms[*form]) => {
-                tried(&definition.forms[*form], self.span_m)
-            }
-            _ => self.causes.iter().filter(|other| other.source.is_kin(source)).count(),
-        }
-    }
-}
-
-/// The law's own parameters as causes.
-fn shifts(bench: &Bench<'_>, tolerances: &Tolerances<'_>) -> Vec<Candidate> {
-    let parameters = tolerances.nominal.parameters.iter().enumerate();
-    parameters
-        .filter(|(_, what)| what.sigma.is_some())
-        .filter_map(|(parameter, _)| bench.candidate(Source::Shift { parameter }))
-        .collect()
-}
-
-/// Grid over the shape parameters of a form.
-pub(crate) fn grid(form: &Form, most: usize, stroke: (f64, f64)) -> Vec<Vec<f64>> {
-    grid_around(form, most, stroke, &|_| None)
-}
-
-/// The same with the values that are `known`.
-fn grid_around(form: &Form, most: usize, stroke: (f64, f64), known: &dyn Fn(&str) -> Option<f64>) -> Vec<Vec<f64>> {
-    let mut points: Vec<Vec<f64>> = vec![Vec::new()];
-    for parameter in form.shape {
-        let free = |p: &&ShapeParameter| p.name != parameter.name && known(p.name).is_none();
-        let others: usize = form.shape.iter().filter(free).map(|p| p.grid.max(1)).product();
-        let count = parameter.grid.clamp(1, (most / others.clamp(1, most)).max(2));
-        let values: Vec<f64> = match parameter.search {
-            _ if known(parameter.name).is_some() => known(parameter.name).into_iter().collect(),
-            Search::StrokeStart => vec![stroke.0],
-            Search::StrokeEnd => vec![stroke.1],
-            Search::Grid | Search::Wave => (0..count)
-                .map(|k| if count == 1 { 0.5 } else { k as f64 / (count - 1) as f64 })
-                .map(|share| between(parameter.from, parameter.to, parameter.log, share))
-                .collect(),
-        };
-        points = points
-            .iter()
-            .flat_map(|point| values.iter().map(move |value| point.iter().copied().chain([*value]).collect()))
-            .collect();
-    }
-    points
-}
-
-fn between(from: f64, to: f64, log: bool, share: f64) -> f64 {
-    if log { from * (to / from).powf(share) } else { from + (to - from) * share }
-}
-
-/// Makes the shape finer by halving steps around where it is.
-pub(crate) fn refine(bench: &Bench<'_>, candidate: &Candidate, fit: &Fit) -> (Candidate, Gain) {
-    let mut best = candidate.clone();
-    bench.prepare(&mut best, &fit.active);
-    let mut gain = bench.gain(&best, fit);
-    let Source::Mechanism { definition, form, .. } = best.source else { return (best, gain) };
-    let parameters = definition.forms[form].shape;
-    let mut steps: Vec<f64> = match &best.source {
-        Source::Mechanism { shape, .. } => {
-            parameters.iter().zip(shape).map(|(p, x)| first_step(p, *x, bench)).collect()
-        }
-        _ => Vec::new(),
-    };
-    let rounds = if parameters.is_empty() { 0 } else { 5 };
-    for _ in 0..rounds {
-        for (k, parameter) in parameters.iter().enumerate().filter(|(_, parameter)| is_searched(parameter)) {
-            for side in [-1.0, 1.0] {
-                let Source::Mechanism { shape, .. } = &best.source else { break };
-                let mut shape = shape.clone();
-                let (from, to) = (parameter.from, parameter.to);
-                let share = if parameter.log {
-                    (shape[k] / from).ln() / (to / from).ln()
-                } else {
-                    (shape[k] - from) / (to - from)
-                };
-                let moved = (share + side * steps[k]).clamp(0.0, 1.0);
-                if moved == share {
-                    continue;
-                }
-                shape[k] = between(from, to, parameter.log, moved);
-                let Some(mut other) = bench.candidate(Source::Mechanism { definition, form, shape }) else { continue };
-                bench.prepare(&mut other, &fit.active);
-                let other_gain = bench.gain(&other, fit);
-                if other_gain.score > gain.score {
-                    (best, gain) = (other, other_gain);
-                    break;
-                }
-            }
-            steps[k] *= 0.5;
-        }
-    }
-    (best, gain)
-}
-
-fn is_within(parameter: &ShapeParameter, value: f64) -> bool {
-    (parameter.from..=parameter.to).contains(&value)
-}
-
-fn is_searched(parameter: &ShapeParameter) -> bool {
-    matches!(parameter.search, Search::Grid | Search::Wave)
-}
-
-/// First step of a refinement, as a share of the range: half a step of the grid; for a wave what turns its phase by an
-/// eighth over the stroke.
-fn first_step(parameter: &ShapeParameter, value: f64, bench: &Bench<'_>) -> f64 {
-    if parameter.search == Search::Wave {
-        let (start, end) = span(bench);
-        0.125 * value / (end - start).max(value) / (parameter.to / parameter.from).ln()
-    } else {
-        0.5 / (parameter.grid.max(2) - 1) as f64
-    }
-}
-
-/// The best of each candidate's kind beyond a fit, best first.
-pub(crate) fn ranked(
-    bench: &Bench<'_>,
-    pool: &mut [Candidate],
-    fit: &Fit,
-    tolerances: &Tolerances<'_>,
-) -> Vec<(usize, Gain)> {
-    let mut best: Vec<(usize, Gain)> = Vec::new();
-    bench.prepare_all(pool, &fit.active);
-    for index in 0..pool.len() {
-        let gain = bench.gain(&pool[index], fit);
-        if !(gain.nats > 0.0) || !is_beyond_tolerance(&pool[index].source, &gain, tolerances) {
-            continue;
-        }
-        match best.iter_mut().find(|(other, _)| pool[*other].source.is_kin(&pool[index].source)) {
-            Some(entry) if gain.score > entry.1.score => *entry = (index, gain),
-            Some(_) => {}
-            None => best.push((index, gain)),
-        }
-    }
-    best.sort_by(|a, b| b.1.score.total_cmp(&a.1.score));
-    best
-}
-
-/// A shift within three standard deviations is no finding.
-fn is_beyond_tolerance(source: &Source, gain: &Gain, tolerances: &Tolerances<'_>) -> bool {
-    match source {
-        Source::Shift { parameter } => {
-            let sigma = tolerances.nominal.parameters[*parameter].sigma.unwrap_or(f64::INFINITY);
-            (tolerances.moved[*parameter] + gain.amplitudes[0]).abs() > 3.0 * sigma
-        }
-        _ => true,
-    }
 }
 
 /// Whether both locks open. What shows in a few blocks only (the fast run, the one warm-up) scatters between blocks and
@@ -447,12 +121,8 @@ fn prune(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>, floor_n: f64
     loop {
         let failing = (0..members.len())
             .filter_map(|at| {
-                let others: Vec<Member> = without(members, at);
-                let fit = bench.fit_members(&others);
-                let mut candidate = members[at].candidate.clone();
-                bench.prepare(&mut candidate, &fit.active);
-                let gain = bench.gain(&candidate, &fit);
-                let fails = !holds(bench, pool, &candidate, &gain, &others, floor_n)
+                let Beside { others, fit, own, gain } = bench.beside(members, at);
+                let fails = !holds(bench, pool, &own, &gain, &others, floor_n)
                     || (is_small(bench, &gain, &fit) && !adequacy::is_even(bench, members, at));
                 fails.then_some((at, gain.nats))
             })
@@ -563,10 +233,6 @@ pub(crate) fn simplicity(source: &Source) -> u8 {
     }
 }
 
-pub(crate) fn without(members: &[Member], at: usize) -> Vec<Member> {
-    members.iter().enumerate().filter(|(k, _)| *k != at).map(|(_, member)| member.clone()).collect()
-}
-
 /// The upgrade of a member's form that explains at least half of what a new cause would.
 fn best_upgrade(bench: &Bench<'_>, pool: &mut Pool, members: &[Member], rival: f64) -> Option<(usize, Candidate)> {
     let mut best: Option<(f64, usize, Candidate)> = None;
@@ -575,14 +241,11 @@ fn best_upgrade(bench: &Bench<'_>, pool: &mut Pool, members: &[Member], rival: f
         if definition.forms.len() < 2 && definition.forms[*form].shape.is_empty() {
             continue;
         }
-        let fit = bench.fit_members(&without(members, at));
-        let mut own = member.candidate.clone();
-        bench.prepare(&mut own, &fit.active);
-        let now = bench.gain(&own, &fit).score;
+        let Beside { fit, own, gain, .. } = bench.beside(members, at);
         for candidate in
             pool.best_of(bench, &member.candidate.source, &fit).into_iter().chain([refine(bench, &own, &fit)])
         {
-            let more = candidate.1.score - now;
+            let more = candidate.1.score - gain.score;
             if more > 0.5 * rival.max(4.0) && best.as_ref().is_none_or(|(score, ..)| more > *score) {
                 best = Some((more, at, candidate.0));
             }
@@ -597,10 +260,7 @@ fn exchange(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>,
         return;
     }
     for at in 0..members.len() {
-        let others = without(members, at);
-        let fit = bench.fit_members(&others);
-        let mut own = members[at].candidate.clone();
-        bench.prepare(&mut own, &fit.active);
+        let Beside { others, fit, own, .. } = bench.beside(members, at);
         let (own, now) = refine(bench, &own, &fit);
         let better = short_list(bench, pool, &fit, tolerances, &others)
             .into_iter()
@@ -614,11 +274,8 @@ fn simplify(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>,
     let law = bench.fit(&bench.law());
     let all = 0.5 * (law.rss - bench.fit_members(members).rss);
     for at in 0..members.len() {
-        let others = without(members, at);
-        let fit = bench.fit_members(&others);
-        let mut own = members[at].candidate.clone();
-        bench.prepare(&mut own, &fit.active);
-        let own_nats = bench.gain(&own, &fit).nats;
+        let Beside { others, fit, own, gain } = bench.beside(members, at);
+        let own_nats = gain.nats;
         // a table of 48 entries follows whatever there is: what it follows better than a cause with a shape is no evidence
         let least = |freedom: usize| {
             let worthless = FURTHER * all * (own.freedom().saturating_sub(freedom) / MUCH_FOR_SHARE).max(1) as f64;
@@ -648,14 +305,7 @@ fn simplify(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>,
 /// Drops members that the others have made superfluous.
 fn drop_idle(bench: &Bench<'_>, members: &mut Vec<Member>) {
     loop {
-        let scores: Vec<f64> = (0..members.len())
-            .map(|at| {
-                let fit = bench.fit_members(&without(members, at));
-                let mut own = members[at].candidate.clone();
-                bench.prepare(&mut own, &fit.active);
-                bench.gain(&own, &fit).score
-            })
-            .collect();
+        let scores: Vec<f64> = (0..members.len()).map(|at| bench.beside(members, at).gain.score).collect();
         let Some(at) =
             (0..scores.len()).filter(|at| scores[*at] < 0.0).min_by(|a, b| scores[*a].total_cmp(&scores[*b]))
         else {
@@ -684,10 +334,6 @@ pub(crate) fn is_relevant(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain,
 
 /// RMS of a cause's force, N.
 fn size_n(bench: &Bench<'_>, source: &Source, amplitudes: &[f64]) -> f64 {
-    let Some(raw) = bench.raw(source) else { return 0.0 };
-    let rows = raw.first().map_or(0, Vec::len);
-    let force: Vec<f64> =
-        (0..rows).map(|n| raw.iter().zip(amplitudes).map(|(column, x)| column[n] * x).sum()).collect();
-    let plain = bench.rows.plain(&force);
-    (dot(&plain, &plain) / plain.len().max(1) as f64).sqrt()
+    let force = bench.force(source, amplitudes);
+    if force.is_empty() { 0.0 } else { power(&bench.rows, &force).sqrt() }
 }

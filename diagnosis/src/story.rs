@@ -18,6 +18,18 @@ pub(crate) enum Carrier {
 }
 
 impl Carrier {
+    /// Its value in a row of a run; 0 where the law has none.
+    pub(crate) fn of(self, context: &Context<'_>, row: usize) -> f64 {
+        match self {
+            Carrier::Even => 1.0,
+            Carrier::Odd => context.direction[row],
+            Carrier::Drag => {
+                let drag = context.steady.drag_n.get(row).copied().filter(|x| x.is_finite());
+                context.direction[row] * drag.unwrap_or(0.0)
+            }
+        }
+    }
+
     pub(crate) fn words(self) -> &'static str {
         match self {
             Carrier::Even => "the same in both directions",
@@ -280,11 +292,7 @@ impl Curve {
         let last = self.knots.len() - 2;
         for (n, value) in values.iter().enumerate().filter(|(_, value)| value.is_finite()) {
             let value = &self.period_s().map_or(*value, |period| value.rem_euclid(period));
-            let carrier = match self.carrier {
-                Carrier::Even => 1.0,
-                Carrier::Odd => context.direction[n],
-                Carrier::Drag => context.direction[n] * context.steady.drag_n.get(n).copied().unwrap_or(0.0),
-            };
+            let carrier = self.carrier.of(context, n);
             let low = self.knots.partition_point(|knot| knot <= value).saturating_sub(1).min(last);
             let share = ((value - self.knots[low]) / (self.knots[low + 1] - self.knots[low])).clamp(0.0, 1.0);
             of(n, low, [(1.0 - share) * carrier, share * carrier]);

@@ -23,7 +23,7 @@ use crate::bench::{Candidate, Member, Source};
 use crate::calibration::prior;
 use crate::equivalents::{NEAR, text};
 use crate::finding::id_of;
-use crate::linear::{Symmetric, products};
+use crate::linear::Symmetric;
 use crate::nominal::Nominal;
 use crate::passes::Found;
 use crate::report::{Alternative, NextExperiment};
@@ -186,12 +186,7 @@ fn parted(gram: &Symmetric, precisions: &[f64], rivals: &[Explanation], near: f6
 }
 
 fn gram(columns: &[Vec<f32>]) -> Symmetric {
-    let all: Vec<&[f32]> = columns.iter().map(Vec::as_slice).collect();
-    let mut gram = Symmetric::zeros(all.len());
-    for (n, product) in products(&all, &all).into_iter().enumerate() {
-        gram.set(n / all.len(), n % all.len(), product);
-    }
-    gram
+    Symmetric::gram(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>())
 }
 
 fn named(source: &Source) -> Option<Id> {

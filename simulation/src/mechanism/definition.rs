@@ -97,6 +97,24 @@ pub struct ShapeParameter {
     pub search: Search,
 }
 
+impl ShapeParameter {
+    /// Where a value lies between the ends: 0 at the least, 1 at the greatest.
+    #[must_use]
+    pub fn share_of(&self, value: f64) -> f64 {
+        if self.log {
+            (value / self.from).ln() / (self.to / self.from).ln()
+        } else {
+            (value - self.from) / (self.to - self.from)
+        }
+    }
+
+    /// The value that lies there.
+    #[must_use]
+    pub fn at(&self, share: f64) -> f64 {
+        if self.log { self.from * (self.to / self.from).powf(share) } else { self.from + (self.to - self.from) * share }
+    }
+}
+
 /// A parametric form of a mechanism: `F = Σ amplitude·column(shape)`, added to the law's force.
 ///
 /// The sign is that of `drag_force_n`: the drive's force on the carriage, positive towards +position.

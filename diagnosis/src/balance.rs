@@ -1,0 +1,106 @@
+//! How the squared mismatch that calibration leaves is shared out among what was found.
+
+use simulation::Simulation;
+use simulation::mechanism::Id;
+use simulation::run::Run;
+
+use crate::bench::Source;
+use crate::events::Spots;
+use crate::open_set;
+use crate::passes::Found;
+use crate::rest::power;
+use crate::sanity::quantum;
+use crate::scores::Proof;
+use crate::side::Side;
+use crate::speed::SetAside;
+
+/// p-value below which a rest counts as unsteady: an approximation is trusted no further than this far out.
+const UNSTEADY: f64 = 1e-12;
+
+/// Share of the mismatch that an unsteady rest must have.
+const UNSTEADY_SHARE: f64 = 0.15;
+
+/// Step of a force channel, of the noise, from which rounding shows in what is left.
+const COARSE: f64 = 0.3;
+
+/// How the squared mismatch that calibration leaves is shared out.
+pub(crate) struct Balance {
+    pub(crate) noise_n: f64,
+    /// RMS of what nothing explains, N.
+    pub(crate) unexplained_n: f64,
+    /// Shares.
+    pub(crate) unexplained: f64,
+    pub(crate) unsteady: Option<f64>,
+    pub(crate) p_steady: f64,
+    pub(crate) rounding: Option<f64>,
+    pub(crate) clipped: Option<f64>,
+    pub(crate) spots: Option<f64>,
+    pub(crate) speed: Option<f64>,
+}
+
+impl Balance {
+    /// What comes and goes no curve follows: it is in the noise until it is told from it, and so is what rounding adds.
+    pub(crate) fn of(
+        simulation: &Simulation,
+        side: &Side<'_>,
+        (found, spots, speed): (&Found<'_>, Option<&Spots>, Option<SetAside>),
+        proof: &Proof,
+    ) -> Self {
+        let rows = &found.bench.rows;
+        let is_known = |id: Id| {
+            let is_it = |source: &Source| matches!(source, Source::Mechanism { definition, .. } if definition.id == id);
+            simulation.mechanisms.iter().any(|added| added.id == id)
+                || found.members.iter().any(|member| is_it(&member.candidate.source))
+        };
+        let (before, after) = (power(rows, &proof.own.calibrated), power(rows, &proof.own.after));
+        let noise = found.noise_n * found.noise_n;
+        let rounding = found.coarse_step_n.filter(|_| !is_known(Id::ForceQuantisation));
+        let rounding = rounding.map(|step| (step * step / 12.0).min(0.9 * noise));
+        let unsteady = open_set::unsteady(&found.bench.rest(&found.fit), &rows.groups);
+        let coherent = unsteady.share * noise;
+        // what rounding leaves is noise that follows the force: it comes and goes with it
+        let rounds = |run: &Run| quantum(&run.drag_force_n).is_some_and(|step| step > COARSE * found.noise_n);
+        let is_unsteady = spots.is_none()
+            && !side.runs.iter().any(rounds)
+            && unsteady.p < UNSTEADY
+            && coherent > UNSTEADY_SHARE * (before - noise + coherent);
+        let is_clipped = side.limit_n.is_some() && !is_known(Id::ForceSaturation);
+        let clipped = is_clipped.then(|| {
+            let of = proof.own.calibrated.iter().zip(&side.clipped).filter(|(x, clipped)| **clipped && x.is_finite());
+            of.map(|(x, _)| x * x).sum::<f64>() / rows.len().max(1) as f64
+        });
+        let in_noise = if is_unsteady { coherent } else { rounding.unwrap_or(0.0) };
+        let noise = noise - in_noise;
+        let spots = spots.map(|spots| spots.squares_n2 / rows.len().max(1) as f64);
+        // rows that are not compared and a speed that is not believed have their part in the mismatch all the same
+        let speed = speed.map(|speed| speed.power_n2);
+        let aside: f64 = [clipped, spots, speed].into_iter().flatten().sum();
+        let mismatch = (before - noise).max(1e-3 * before) + aside;
+        let share = |power: f64| (power / mismatch).clamp(0.0, 1.0);
+        let mut balance = Balance {
+            noise_n: noise.sqrt(),
+            unexplained_n: (after - noise).max(0.0).sqrt(),
+            unexplained: (share(after - noise) - share(in_noise)).max(0.0),
+            unsteady: is_unsteady.then(|| share(in_noise)),
+            p_steady: if is_unsteady { unsteady.p } else { 1.0 },
+            rounding: rounding.map(share),
+            clipped: clipped.map(share),
+            spots: spots.map(share),
+            speed: speed.map(share),
+        };
+        if found.members.is_empty() {
+            balance.unexplained = (1.0 - balance.beside_fits()).max(0.0);
+        }
+        balance
+    }
+
+    /// Share of what was found without a fit.
+    fn beside_fits(&self) -> f64 {
+        [self.unsteady, self.rounding, self.clipped, self.spots, self.speed].into_iter().flatten().sum()
+    }
+
+    /// Share that fitted causes have.
+    pub(crate) fn explained(&self) -> f64 {
+        (1.0 - self.unexplained - self.beside_fits()).max(0.0)
+    }
+}
