@@ -115,10 +115,6 @@ pub(crate) fn prior(nominal: &Nominal, values: &[f64]) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Factors stay positive on the way of Gauss and Newton.
-const SMALLEST_FACTOR: f64 = 0.8;
-const LARGEST_FACTOR: f64 = 4.0;
-
 /// Values within three standard deviations: what calibration alone may do.
 pub(crate) fn tolerated(nominal: &Nominal, mut values: Vec<f64>) -> Vec<f64> {
     for (value, parameter) in values.iter_mut().zip(&nominal.parameters) {
@@ -135,11 +131,7 @@ pub(crate) fn moved(nominal: &Nominal, values: &[f64], step: &[f64]) -> Vec<f64>
         .parameters
         .iter()
         .zip(values.iter().zip(step))
-        .map(|(parameter, (value, step))| match parameter.sigma {
-            _ if !step.is_finite() => *value,
-            Some(_) => (value + step).clamp(-SMALLEST_FACTOR, LARGEST_FACTOR),
-            None => (value + step).clamp(parameter.range.0, parameter.range.1),
-        })
+        .map(|(parameter, (value, step))| parameter.moved(*value, *step))
         .collect()
 }
 

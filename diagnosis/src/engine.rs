@@ -104,6 +104,7 @@ fn attempt(
         None => (recorded, holdout),
     };
     let runs = moving.runs;
+    let nominal = if speed::is_noisy(runs) { nominal.of_law() } else { nominal };
     let side = Side::new(simulation, &nominal, &nominal.start(), moving.parts(), together > 1, quality)?;
     quality.count_averages(together);
     if quality.used < sanity::FEWEST_ROWS {

@@ -38,7 +38,34 @@ enum Which {
     FreeViscous,
     FreeOffset,
     FreeMass,
+    /// Windows of how often the reach of differentiation.
+    FastAcceleration(usize),
 }
+
+impl Parameter {
+    /// Whether it is a number of the law, which may be off, and not one of how well the recording knows its motion.
+    fn is_of_law(&self) -> bool {
+        !matches!(self.which, Which::FastAcceleration(_))
+    }
+
+    /// Whether it may be found to be off.
+    pub(crate) fn can_shift(&self) -> bool {
+        self.sigma.is_some() && self.is_of_law()
+    }
+
+    /// Value after a step.
+    pub(crate) fn moved(&self, value: f64, step: f64) -> f64 {
+        match self.sigma {
+            _ if !step.is_finite() => value,
+            Some(_) if self.is_of_law() => (value + step).clamp(-SMALLEST_FACTOR, LARGEST_FACTOR),
+            _ => (value + step).clamp(self.range.0, self.range.1),
+        }
+    }
+}
+
+/// Factors stay positive on the way of Gauss and Newton.
+const SMALLEST_FACTOR: f64 = 0.8;
+const LARGEST_FACTOR: f64 = 4.0;
 
 /// A law and its parameters.
 #[derive(Clone, Debug)]
@@ -50,6 +77,12 @@ pub(crate) struct Nominal {
 /// Largest number that a fit may come to where the simulation left it out, N and N s/m; largest mass, kg.
 const LARGEST: f64 = 1e6;
 const HEAVIEST_KG: f64 = 1e5;
+
+/// Standard deviation of the part of the fast acceleration that does not count, of all of it: there is no telling.
+const FAST: f64 = 1.0;
+
+/// Windows of the fast acceleration, reaches of differentiation: noise and rounded corners differ in shape.
+const WINDOWS: [usize; 3] = [1, 2, 4];
 
 /// Relative step of the tangent.
 const STEP: f64 = 1e-3;
@@ -103,12 +136,27 @@ impl Nominal {
                 nominal.simulation.axis.moved_mass_kg.get_or_insert(0.0);
             }
             Law::Column => {
+                // its inertia is in the column
                 add(Which::ColumnFriction, "friction", "", Some(tolerance.friction));
                 add(Which::ColumnPreload, "preload", "", Some(tolerance.preload));
                 add(Which::ColumnViscosity, "viscosity", "", Some(tolerance.viscosity));
             }
         }
+        if nominal.accelerates_mass() {
+            let sigma = (!nominal.is_incomplete()).then_some(FAST);
+            let range = (-HEAVIEST_KG, HEAVIEST_KG);
+            nominal.parameters.extend(WINDOWS.map(|reaches| {
+                let which = Which::FastAcceleration(reaches);
+                Parameter { name: "fast acceleration", unit: "", sigma, range, which }
+            }));
+        }
         nominal
+    }
+
+    /// The same with every number of its own, and the acceleration as it is.
+    pub(crate) fn of_law(&self) -> Self {
+        let parameters = self.parameters.iter().filter(|parameter| parameter.is_of_law()).copied().collect();
+        Nominal { simulation: self.simulation.clone(), parameters }
     }
 
     /// Whether the law has an inertia.
@@ -191,7 +239,7 @@ impl Nominal {
             if *value == 0.0 {
                 continue;
             }
-            if let Some(column) = free_column(parameter.which, &steady.direction, motion) {
+            if let Some(column) = self.free_column(parameter.which, &steady.direction, run, motion) {
                 for (force, x) in force.iter_mut().zip(column) {
                     *force += value * x;
                 }
@@ -214,7 +262,7 @@ impl Nominal {
     ) -> Result<Vec<Vec<f64>>, Missing> {
         let mut columns = Vec::with_capacity(values.len());
         for (index, parameter) in self.parameters.iter().enumerate() {
-            if let Some(column) = free_column(parameter.which, direction, smooth) {
+            if let Some(column) = self.free_column(parameter.which, direction, run, smooth) {
                 columns.push(column);
                 continue;
             }
@@ -231,14 +279,43 @@ impl Nominal {
         }
         Ok(columns)
     }
+
+    /// Force per unit of a number that is no factor of the law.
+    fn free_column(&self, which: Which, direction: &[f64], run: &Run, motion: &Motion) -> Option<Vec<f64>> {
+        match which {
+            Which::FreeCoulomb => Some(direction.to_vec()),
+            Which::FreeViscous => Some(motion.velocity_m_s.clone()),
+            Which::FreeOffset => Some(vec![1.0; direction.len()]),
+            Which::FreeMass => Some(motion.acceleration_m_s2.clone()),
+            Which::FastAcceleration(reaches) => {
+                let mass = self.simulation.axis.moved_mass_kg.filter(|mass| *mass > 0.0).unwrap_or(1.0);
+                Some(fast(run, motion, reaches * motion.reach).into_iter().map(|a| mass * a).collect())
+            }
+            _ => None,
+        }
+    }
 }
 
-fn free_column(which: Which, direction: &[f64], motion: &Motion) -> Option<Vec<f64>> {
-    match which {
-        Which::FreeCoulomb => Some(direction.to_vec()),
-        Which::FreeViscous => Some(motion.velocity_m_s.clone()),
-        Which::FreeOffset => Some(vec![1.0; direction.len()]),
-        Which::FreeMass => Some(motion.acceleration_m_s2.clone()),
-        _ => None,
+/// What changes within twice the window of differentiation, of a derived acceleration: there it is noise, or the rounded
+/// corner of a ramp, and the force knows better. 0 where the acceleration was measured.
+fn fast(run: &Run, motion: &Motion, reach: usize) -> Vec<f64> {
+    let a = &motion.acceleration_m_s2;
+    let mut fast = vec![0.0; a.len()];
+    if run.acceleration_m_s2.is_some() {
+        return fast;
     }
+    for part in &run.parts {
+        let own = &a[part.rows.clone()];
+        let mut sums = vec![0.0; own.len() + 1];
+        for (n, a) in own.iter().enumerate() {
+            sums[n + 1] = sums[n] + a;
+        }
+        for n in 0..own.len() {
+            // the same on both sides: a ramp leaves nothing
+            let reach = reach.min(n).min(own.len() - 1 - n);
+            let mean = (sums[n + reach + 1] - sums[n - reach]) / (2 * reach + 1) as f64;
+            fast[part.rows.start + n] = own[n] - mean;
+        }
+    }
+    fast
 }

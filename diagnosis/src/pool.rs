@@ -60,7 +60,7 @@ impl Pool {
             kinds += usize::from(causes.len() > before);
         }
         causes.extend(shifts(bench, tolerances));
-        kinds += tolerances.nominal.parameters.iter().filter(|parameter| parameter.sigma.is_some()).count();
+        kinds += tolerances.nominal.parameters.iter().filter(|parameter| parameter.can_shift()).count();
         let stories = bench.candidates(curves.iter().map(|curve| Source::Story { curve: curve.clone() }));
         Pool { causes, stories, kinds, waves, span_m, spectra: Vec::new(), whole: Vec::new() }
     }
@@ -199,7 +199,7 @@ impl Pool {
 fn shifts(bench: &Bench<'_>, tolerances: &Tolerances<'_>) -> Vec<Candidate> {
     let parameters = tolerances.nominal.parameters.iter().enumerate();
     parameters
-        .filter(|(_, what)| what.sigma.is_some())
+        .filter(|(_, what)| what.can_shift())
         .filter_map(|(parameter, _)| bench.candidate(Source::Shift { parameter }))
         .collect()
 }

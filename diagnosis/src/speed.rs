@@ -51,12 +51,24 @@ pub(crate) fn without(runs: &[Run]) -> Vec<Run> {
     runs.iter().map(bare).collect()
 }
 
+/// Noise of a recorded speed, of its RMS, that is as much as one derived from a position may have.
+const NOISY: f64 = 2e-3;
+
+/// Whether a recorded speed is noisier than one derived from the position would be: what it makes of the acceleration has
+/// a name then.
+pub(crate) fn is_noisy(runs: &[Run]) -> bool {
+    let noisy = |velocity: &Vec<f64>| rms(&third_differences(velocity)) > NOISY * rms(velocity);
+    runs.iter().filter(|run| run.position_m.is_some()).any(|run| run.velocity_m_s.as_ref().is_some_and(noisy))
+}
+
 /// What is gained without the recorded speed, where that only adds noise.
 pub(crate) fn set_aside(simulation: &Simulation, nominal: &Nominal, recorded: &Moving<'_>) -> Option<SetAside> {
     let runs = recorded.runs;
     if !runs.iter().any(has_both) || simulation.mechanisms.iter().any(|added| added.id == Id::SpeedNoise) {
         return None;
     }
+    // noise of the speed must not pass for a fast acceleration here
+    let nominal = &nominal.of_law();
     let bare = without(runs);
     let derived = Moving::of(&bare);
     let side = |parts| Side::new(simulation, nominal, &nominal.start(), parts, false, &mut DataQuality::default()).ok();

@@ -97,9 +97,8 @@ fn one(
             own.asymmetry.viscous_n_s_m = numbers.f32("viscous_n_s_m");
             done("asymmetry")
         }
-        (Id::GravityTilt, "minimal" | "sagging") => {
+        (Id::GravityTilt, "minimal") => {
             own.pull.force_n += numbers.f32("force_n");
-            own.pull.per_m_n_m += numbers.f32("force_per_m_n_m");
             done("pull")
         }
         (Id::CableChain, "minimal") => {

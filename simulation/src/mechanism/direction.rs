@@ -49,26 +49,14 @@ pub(super) const DIRECTION_ASYMMETRY: Definition = Definition {
 pub(super) const GRAVITY_TILT: Definition = Definition {
     id: Id::GravityTilt,
     kind: Kind::Physics,
-    forms: &[
-        Form {
-            name: "minimal",
-            shape: &[],
-            amplitudes: &[amplitude("force_n", "N", Free, 1.0)],
-            columns: |context, _| Some(vec![vec![1.0; context.len()]]),
-            phase_bound: false,
-            equation: "F = force: mass·g·sin(tilt)",
-        },
-        Form {
-            name: "sagging",
-            shape: &[],
-            amplitudes: &[amplitude("force_n", "N", Free, 1.0), amplitude("force_per_m_n_m", "N/m", Free, 1.0)],
-            columns: |context, _| {
-                context.motion.has_position.then(|| vec![vec![1.0; context.len()], context.motion.position_m.clone()])
-            },
-            phase_bound: true,
-            equation: "F = force + force_per_m·x: the tilt changes along the rail",
-        },
-    ],
+    forms: &[Form {
+        name: "minimal",
+        shape: &[],
+        amplitudes: &[amplitude("force_n", "N", Free, 1.0)],
+        columns: |context, _| Some(vec![vec![1.0; context.len()]]),
+        phase_bound: false,
+        equation: "F = force: mass·g·sin(tilt)",
+    }],
     axis: "direction",
     statement: "the rail is not level: the weight pulls the carriage to one side",
     falsifier: "a heavier carriage does not raise the force in proportion",

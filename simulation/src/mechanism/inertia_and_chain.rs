@@ -2,8 +2,9 @@
 
 use super::definition::{Definition, Form, Kind};
 use super::id::Id;
+use super::presliding::held_state;
 use super::table::{COARSE, entries, over_stroke};
-use super::{Free, Positive, STROKE, amplitude, shown};
+use super::{Free, Positive, STROKE, amplitude, ratio, shown};
 
 /// E21: `F = M a`.
 pub(super) const INERTIA: Definition = Definition {
@@ -79,6 +80,34 @@ pub(super) const CABLE_CHAIN: Definition = Definition {
             },
             phase_bound: true,
             equation: "F = sign(V)·(drag + drag_per_m·x) + force + force_per_m·x + force_per_m2·x²",
+        },
+        Form {
+            name: "rolling",
+            shape: &[ratio("length_m", "m", 5e-3, 0.1, 5)],
+            amplitudes: &[
+                amplitude("drag_n", "N", Positive, 5.0),
+                amplitude("bending_n", "N", Positive, 1.0),
+                amplitude("force_per_m_n_m", "N/m", Free, 10.0),
+                amplitude("force_per_m2_n_m2", "N/m2", Free, 10.0),
+                amplitude("force_n", "N", Free, 5.0),
+            ],
+            columns: |context, shape| {
+                let length = *shape.first()?;
+                if !context.motion.has_position {
+                    return None;
+                }
+                let x = &context.motion.position_m;
+                shown(vec![
+                    context.against_motion(|_| 1.0),
+                    held_state(context, &|z, step| 1.0 - (1.0 - z) * libm::exp(-step / length)),
+                    x.clone(),
+                    context.rows(|n| x[n] * x[n]),
+                    vec![1.0; context.len()],
+                ])
+            },
+            phase_bound: true,
+            equation: "F = drag·sign(V) + bending·z + force + force_per_m·x + force_per_m2·x², dz/dx = (1 - z·sign(V))/length: \
+                       a link that bends the other way takes some travel",
         },
         Form {
             name: "profile",

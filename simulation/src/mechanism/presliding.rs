@@ -69,24 +69,30 @@ fn held_back(context: &Context<'_>, of: &[&dyn Fn(f64, f64) -> f64]) -> Option<C
         return None;
     }
     let column = |follow: &&dyn Fn(f64, f64) -> f64| {
-        // along the present direction
-        let mut z = 1.0;
-        let mut before = 1.0;
-        let next = |n: usize| {
-            let sign = path.direction[n];
-            if path.starts[n] {
-                z = if path.at_rest[n] { 0.0 } else { 1.0 };
-            } else {
-                z = if sign == before { z } else { -z };
-                z = follow(z, path.step_m[n]).clamp(-1.0, 1.0);
-            }
-            before = sign;
-            let seen = context.steady.direction[n];
-            context.steady.drag_n[n] * (sign * z - seen)
-        };
-        (0..context.len()).map(next).collect()
+        let (steady, state) = (&context.steady, held_state(context, follow));
+        context.rows(|n| steady.drag_n[n] * (state[n] - steady.direction[n]))
     };
     shown(of.iter().map(column).collect())
+}
+
+/// State that follows `of(z, step)` along the motion, row by row, with the sign of the motion that made it.
+pub(super) fn held_state(context: &Context<'_>, of: &dyn Fn(f64, f64) -> f64) -> Vec<f64> {
+    let path = &context.path;
+    // along the present direction
+    let mut z = 1.0;
+    let mut before = 1.0;
+    let next = |n: usize| {
+        let sign = path.direction[n];
+        if path.starts[n] {
+            z = if path.at_rest[n] { 0.0 } else { 1.0 };
+        } else {
+            z = if sign == before { z } else { -z };
+            z = of(z, path.step_m[n]).clamp(-1.0, 1.0);
+        }
+        before = sign;
+        sign * z
+    };
+    (0..context.len()).map(next).collect()
 }
 
 /// E36: friction that has grown in a rest and is gone after some travel.
