@@ -67,6 +67,9 @@ fn doubt(bench: &Bench<'_>, fit: &Fit, member: &Member, rest: &[f32], (most, lea
     if let Some(name) = ends.iter().find(|name| is_telling(&member.candidate.source, name)) {
         return Some(Doubt::AtTheEnd(name));
     }
+    if rings(&member.candidate.source) {
+        return None;
+    }
     let (uneven, nats) = unevenness(bench, fit, member, rest);
     if nats < least {
         return None;
@@ -129,6 +132,11 @@ fn numbers_at_their_end(source: &Source) -> Vec<&'static str> {
         .filter(|(parameter, value)| !(END..=1.0 - END).contains(&parameter.share_of(**value)))
         .map(|(parameter, _)| parameter.name)
         .collect()
+}
+
+/// Whether a cause rings: what it is struck with, rolling among it, is not the same throughout.
+fn rings(source: &Source) -> bool {
+    matches!(source, Source::Mechanism { definition, .. } if definition.id == Id::StructuralResonance)
 }
 
 /// Whether the end of a number alone is enough to doubt: friction of seals and churned grease that grows faster than any

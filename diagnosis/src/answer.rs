@@ -3,13 +3,12 @@
 use simulation::Simulation;
 use simulation::mechanism::{Added, Id};
 
-use crate::balance::Balance;
+use crate::balance::{Aside, Balance};
 use crate::bench::{Member, added};
 use crate::equivalents;
-use crate::events::Spots;
 use crate::experiment;
 use crate::export;
-use crate::finding::{comes_and_goes, contamination, finding, quantisation, saturation, speed_noise};
+use crate::finding::{comes_and_goes, contamination, finding, quantisation, resonance, saturation, speed_noise};
 use crate::nominal::Nominal;
 use crate::passes::Found;
 use crate::refit;
@@ -18,19 +17,21 @@ use crate::report::{DataQuality, Diagnosis, Finding, NextExperiment, Region, SCH
 use crate::rest::shares;
 use crate::scores::Proof;
 use crate::side::Side;
-use crate::speed::SetAside;
 
 /// Writes both.
+#[expect(clippy::too_many_arguments, reason = "what was found, and where it is written down")]
 pub(crate) fn write(
     simulation: &Simulation,
     nominal: &Nominal,
     side: &Side<'_>,
     training: &[bool],
-    (found, spots, speed): (&Found<'_>, Option<&Spots>, Option<SetAside>),
+    found: &Found<'_>,
+    aside: &Aside<'_>,
     proof: Proof,
     quality: &mut DataQuality,
 ) -> Result<(Diagnosis, Simulation), String> {
-    let balance = Balance::of(simulation, side, (found, spots, speed), &proof);
+    let balance = Balance::of(simulation, side, found, aside, &proof);
+    let Aside { spots, speed, heard } = *aside;
     let amplitudes = found.amplitudes();
     let forces: Vec<Vec<f64>> = found
         .members
@@ -61,6 +62,8 @@ pub(crate) fn write(
     let clipped = side.limit_n.zip(balance.clipped);
     findings.extend(rounding.map(|(step, share)| (quantisation(step, share), None)));
     findings.extend(clipped.map(|(limit, share)| (saturation(limit, share), None)));
+    let heard = heard.zip(balance.heard);
+    findings.extend(heard.map(|(heard, share)| (resonance(heard, share), None)));
     let noisy = speed.zip(balance.speed);
     findings.extend(noisy.map(|(speed, share)| (speed_noise(speed.variance_m2_s2, share), None)));
     let next_experiment = next_experiment(nominal, side, found, &findings);
@@ -85,6 +88,7 @@ pub(crate) fn write(
         shape: Vec::new(),
         amplitudes: vec![1.0, mass_kg],
     }));
+    augmented.mechanisms.extend(heard.and_then(|(heard, _)| added(&heard.source, &heard.amplitudes)));
     let shown = |id, shape: f64| Added { id, form: 0, shape: vec![shape], amplitudes: vec![1.0] };
     let noise_over_step = |(step, _): (f64, f64)| (balance.noise_n / step).clamp(0.02, 0.5);
     augmented.mechanisms.extend(rounding.map(|it| shown(Id::ForceQuantisation, noise_over_step(it))));
@@ -97,7 +101,8 @@ pub(crate) fn write(
         p_no_mismatch: if rounding.is_some() || clipped.is_some() || noisy.is_some() {
             0.0
         } else {
-            found.p_no_mismatch.min(balance.p_steady).min(spots.map_or(1.0, |spots| spots.p))
+            let beside = spots.map(|spots| spots.p).into_iter().chain(heard.map(|(heard, _)| heard.p));
+            beside.fold(found.p_no_mismatch.min(balance.p_steady), f64::min)
         },
         noise_floor_n: balance.noise_n,
         holdout: proof.holdout,

@@ -9,6 +9,7 @@ use crate::events::Spots;
 use crate::open_set;
 use crate::passes::Found;
 use crate::rest::power;
+use crate::ringing::Heard;
 use crate::sanity::quantum;
 use crate::scores::Proof;
 use crate::side::Side;
@@ -23,6 +24,13 @@ const UNSTEADY_SHARE: f64 = 0.15;
 /// Step of a force channel, of the noise, from which rounding shows in what is left.
 const COARSE: f64 = 0.3;
 
+/// What was found beside the fits.
+pub(crate) struct Aside<'a> {
+    pub(crate) spots: Option<&'a Spots>,
+    pub(crate) speed: Option<SetAside>,
+    pub(crate) heard: Option<&'a Heard>,
+}
+
 /// How the squared mismatch that calibration leaves is shared out.
 pub(crate) struct Balance {
     pub(crate) noise_n: f64,
@@ -36,6 +44,7 @@ pub(crate) struct Balance {
     pub(crate) clipped: Option<f64>,
     pub(crate) spots: Option<f64>,
     pub(crate) speed: Option<f64>,
+    pub(crate) heard: Option<f64>,
 }
 
 impl Balance {
@@ -43,7 +52,8 @@ impl Balance {
     pub(crate) fn of(
         simulation: &Simulation,
         side: &Side<'_>,
-        (found, spots, speed): (&Found<'_>, Option<&Spots>, Option<SetAside>),
+        found: &Found<'_>,
+        Aside { spots, speed, heard }: &Aside<'_>,
         proof: &Proof,
     ) -> Self {
         let rows = &found.bench.rows;
@@ -60,7 +70,9 @@ impl Balance {
         let coherent = unsteady.share * noise;
         // what rounding leaves is noise that follows the force: it comes and goes with it
         let rounds = |run: &Run| quantum(&run.drag_force_n).is_some_and(|step| step > COARSE * found.noise_n);
+        let heard = heard.filter(|_| !is_known(Id::StructuralResonance)).map(|heard| heard.power_n2.min(0.9 * noise));
         let is_unsteady = spots.is_none()
+            && heard.is_none()
             && !side.runs.iter().any(rounds)
             && unsteady.p < UNSTEADY
             && coherent > UNSTEADY_SHARE * (before - noise + coherent);
@@ -69,7 +81,7 @@ impl Balance {
             let of = proof.own.calibrated.iter().zip(&side.clipped).filter(|(x, clipped)| **clipped && x.is_finite());
             of.map(|(x, _)| x * x).sum::<f64>() / rows.len().max(1) as f64
         });
-        let in_noise = if is_unsteady { coherent } else { rounding.unwrap_or(0.0) };
+        let in_noise = if is_unsteady { coherent } else { heard.or(rounding).unwrap_or(0.0) };
         let noise = noise - in_noise;
         let spots = spots.map(|spots| spots.squares_n2 / rows.len().max(1) as f64);
         // rows that are not compared and a speed that is not believed have their part in the mismatch all the same
@@ -87,6 +99,7 @@ impl Balance {
             clipped: clipped.map(share),
             spots: spots.map(share),
             speed: speed.map(share),
+            heard: heard.map(share),
         };
         if found.members.is_empty() {
             balance.unexplained = (1.0 - balance.beside_fits()).max(0.0);
@@ -96,7 +109,7 @@ impl Balance {
 
     /// Share of what was found without a fit.
     fn beside_fits(&self) -> f64 {
-        [self.unsteady, self.rounding, self.clipped, self.spots, self.speed].into_iter().flatten().sum()
+        [self.unsteady, self.rounding, self.clipped, self.spots, self.speed, self.heard].into_iter().flatten().sum()
     }
 
     /// Share that fitted causes have.

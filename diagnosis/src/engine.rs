@@ -4,11 +4,12 @@ use simulation::Simulation;
 use simulation::run::Run;
 
 use crate::answer;
+use crate::balance::Aside;
 use crate::calibration::{Calibrated, calibrate, unbound};
 use crate::condense::{condensed, factor};
 use crate::events::spots;
 use crate::nominal::Nominal;
-use crate::passes;
+use crate::passes::{self, Scene};
 use crate::proof::Split;
 use crate::report::{DataQuality, Diagnosis, Holdout, SCHEMA, Unexplained, Verdict};
 use crate::resolution::coarsest;
@@ -134,19 +135,19 @@ fn attempt(
         rows = Rows::new(runs, &training, coarsest);
         calibrated = calibrate(simulation, &nominal, calibrated.side, &mut rows, &training)?;
     }
-    ringing::unmask(&nominal, &calibrated, &training, &mut rows)?;
+    let ringing = ringing::unmask(&nominal, &calibrated, &training, &mut rows)?;
     let Calibrated { values: law_only, side, saturation, .. } = calibrated;
     let start = unbound(&nominal, &side, &rows, &training, &law_only)?;
     let mut kept = None;
-    let scene = (&side, &saturation);
+    let scene = Scene { side: &side, saturation: &saturation, ringing: &ringing.pointed };
     let mut found = passes::run(simulation, &nominal, scene, rows.clone(), &training, &start, &mut kept)?;
     // a law that is off is accepted as such only if nothing else is needed; else it has imitated what is missing
     if start != law_only && !found.is_shift_only() {
         found = passes::run(simulation, &nominal, scene, rows, &training, &law_only, &mut kept)?;
     }
     let proof = scores::score(simulation, &nominal, &side, holdout, &split, coarsest, &law_only, &found, options)?;
-    let (diagnosis, augmented) =
-        answer::write(simulation, &nominal, &side, &training, (&found, spots.as_ref(), speed), proof, quality)?;
+    let aside = Aside { spots: spots.as_ref(), speed, heard: ringing.heard.as_ref() };
+    let (diagnosis, augmented) = answer::write(simulation, &nominal, &side, &training, &found, &aside, proof, quality)?;
     Ok(Outcome { diagnosis, augmented: Some(augmented) })
 }
 

@@ -9,6 +9,7 @@ use crate::nominal::Nominal;
 use crate::open_set;
 use crate::passes::Found;
 use crate::report::{Estimate, Finding};
+use crate::ringing::Heard;
 
 /// An unknown that no curve follows.
 pub(crate) fn comes_and_goes(share: f64) -> Finding {
@@ -63,6 +64,16 @@ pub(crate) fn saturation(limit_n: f64, share: f64) -> Finding {
 /// A recorded speed that is noisier than the position.
 pub(crate) fn speed_noise(variance_m2_s2: f64, share: f64) -> Finding {
     shown(Id::SpeedNoise, ("variance_m2_s2", variance_m2_s2, "m2/s2"), share)
+}
+
+/// A structure that mostly rolling strikes.
+pub(crate) fn resonance(heard: &Heard, share: f64) -> Finding {
+    let mut finding = shown(Id::StructuralResonance, ("frequency_hz", heard.hz, "Hz"), share);
+    for estimate in &mut finding.parameters {
+        estimate.ci95 = [heard.hz - heard.half_width_hz, heard.hz + heard.half_width_hz];
+    }
+    finding.kind = "physics";
+    finding
 }
 
 /// Spots that no form of the library has a place for.

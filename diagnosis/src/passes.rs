@@ -82,11 +82,20 @@ fn amplitudes(members: &[Member], fit: &Fit) -> Vec<Vec<f64>> {
     members.iter().map(|member| member.base.iter().map(|column| fit.value_of(*column)).collect()).collect()
 }
 
+/// What a search is about, beside the rows.
+#[derive(Clone, Copy)]
+pub(crate) struct Scene<'s> {
+    pub(crate) side: &'s Side<'s>,
+    pub(crate) saturation: &'s Saturation,
+    /// Shapes of a resonance that the spectrum points to.
+    pub(crate) ringing: &'s [Vec<f64>],
+}
+
 /// Searches as often as it takes.
 pub(crate) fn run<'s>(
     simulation: &Simulation,
     nominal: &Nominal,
-    (side, saturation): (&'s Side<'_>, &Saturation),
+    Scene { side, saturation, ringing }: Scene<'s>,
     mut rows: Rows,
     training: &[bool],
     start: &[f64],
@@ -112,7 +121,7 @@ pub(crate) fn run<'s>(
         bench.largest = rows.white(&side.drag_n).iter().map(|x| f64::from(*x) * f64::from(*x)).sum();
         let mut pool = match kept.take().filter(|(of, _)| of.whiten_alike(&rows)) {
             Some((_, pool)) => pool.again(&bench, &tolerances),
-            None => Pool::new(&bench, &tolerances, &saturation.curves),
+            None => Pool::new(&bench, &tolerances, &saturation.curves, ringing),
         };
         let noise = noise_rms(&rows, &saturation.rest(&rows, &side.contexts, &mismatch, &tangent, &[]));
         let rounding_n = step_n.map_or(0.0, |step| step / 12.0f64.sqrt());

@@ -39,7 +39,7 @@ pub(crate) struct Pool {
 }
 
 impl Pool {
-    pub(crate) fn new(bench: &Bench<'_>, tolerances: &Tolerances<'_>, curves: &[Curve]) -> Self {
+    pub(crate) fn new(bench: &Bench<'_>, tolerances: &Tolerances<'_>, curves: &[Curve], ringing: &[Vec<f64>]) -> Self {
         let mut causes = Vec::new();
         let mut kinds = 0;
         let ends = span(bench);
@@ -53,7 +53,12 @@ impl Pool {
                 continue;
             }
             let shapes = definition.forms.first().map(|form| grid(form, MOST_POINTS, ends)).unwrap_or_default();
-            let minimal = shapes.into_iter().map(|shape| Source::Mechanism { definition, form: 0, shape });
+            let more = if definition.id == Id::StructuralResonance { ringing } else { &[] };
+            let minimal = shapes.into_iter().chain(more.iter().cloned()).map(|shape| Source::Mechanism {
+                definition,
+                form: 0,
+                shape,
+            });
             let shapeless = (1..definition.forms.len()).filter(|form| definition.forms[*form].shape.is_empty());
             let richer = shapeless.map(|form| Source::Mechanism { definition, form, shape: Vec::new() });
             causes.extend(bench.candidates(minimal.chain(richer)));

@@ -222,6 +222,11 @@ impl Rows {
         out
     }
 
+    /// Rows that are averaged to one.
+    pub(crate) fn decimation(&self) -> usize {
+        self.decimation
+    }
+
     /// Squared response of averages and noise filter at a frequency, of the sampling rate.
     pub(crate) fn response(&self, frequency: f64) -> f64 {
         let averaged = if self.decimation > 1 {
