@@ -105,7 +105,8 @@ fn attempt(
         None => (recorded, holdout),
     };
     let runs = moving.runs;
-    let nominal = if speed::is_noisy(runs) { nominal.of_law() } else { nominal };
+    let is_noisy = speed::is_noisy(runs);
+    let nominal = if is_noisy { nominal.of_law() } else { nominal };
     let side = Side::new(simulation, &nominal, &nominal.start(), moving.parts(), together > 1, quality)?;
     quality.count_averages(together);
     if quality.used < sanity::FEWEST_ROWS {
@@ -139,7 +140,7 @@ fn attempt(
     let Calibrated { values: law_only, side, saturation, .. } = calibrated;
     let start = unbound(&nominal, &side, &rows, &training, &law_only)?;
     let mut kept = None;
-    let scene = Scene { side: &side, saturation: &saturation, ringing: &ringing.pointed };
+    let scene = Scene { side: &side, saturation: &saturation, ringing: (!is_noisy).then_some(&ringing.pointed) };
     let mut found = passes::run(simulation, &nominal, scene, rows.clone(), &training, &start, &mut kept)?;
     // a law that is off is accepted as such only if nothing else is needed; else it has imitated what is missing
     if start != law_only && !found.is_shift_only() {

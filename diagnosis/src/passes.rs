@@ -87,8 +87,9 @@ fn amplitudes(members: &[Member], fit: &Fit) -> Vec<Vec<f64>> {
 pub(crate) struct Scene<'s> {
     pub(crate) side: &'s Side<'s>,
     pub(crate) saturation: &'s Saturation,
-    /// Shapes of a resonance that the spectrum points to.
-    pub(crate) ringing: &'s [Vec<f64>],
+    /// Shapes of a resonance that the spectrum points to; `None` where the speed is too noisy for one: what it makes of the
+    /// acceleration rings at any frequency.
+    pub(crate) ringing: Option<&'s [Vec<f64>]>,
 }
 
 /// Searches as often as it takes.

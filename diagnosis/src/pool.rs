@@ -39,7 +39,12 @@ pub(crate) struct Pool {
 }
 
 impl Pool {
-    pub(crate) fn new(bench: &Bench<'_>, tolerances: &Tolerances<'_>, curves: &[Curve], ringing: &[Vec<f64>]) -> Self {
+    pub(crate) fn new(
+        bench: &Bench<'_>,
+        tolerances: &Tolerances<'_>,
+        curves: &[Curve],
+        ringing: Option<&[Vec<f64>]>,
+    ) -> Self {
         let mut causes = Vec::new();
         let mut kinds = 0;
         let ends = span(bench);
@@ -53,7 +58,11 @@ impl Pool {
                 continue;
             }
             let shapes = definition.forms.first().map(|form| grid(form, MOST_POINTS, ends)).unwrap_or_default();
-            let more = if definition.id == Id::StructuralResonance { ringing } else { &[] };
+            let more = match ringing {
+                None if definition.id == Id::StructuralResonance => continue,
+                Some(ringing) if definition.id == Id::StructuralResonance => ringing,
+                _ => &[],
+            };
             let minimal = shapes.into_iter().chain(more.iter().cloned()).map(|shape| Source::Mechanism {
                 definition,
                 form: 0,
