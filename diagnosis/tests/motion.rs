@@ -1,0 +1,83 @@
+//! What an acceleration that was derived must not pass for, and a structure that rolling strikes.
+#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
+use diagnosis::report::Diagnosis;
+use diagnosis::{Options, diagnose};
+use simulation::Simulation;
+use simulation::profile::{Conditions, Course, Order, Staircase};
+use simulation::run::Run;
+use simulation::sensor::Noise;
+
+const AXIS: &str = "schema = \"guideblock.simulation/1\"\n[guide]\nlaw = \"coulomb-viscous\"\ncoulomb_n = 20.0\n\
+                    viscous_n_s_m = 200.0\noffset_n = 0.0\n[axis]\nmoved_mass_kg = 100.0\n[tolerance]\nfriction = 0.03\n\
+                    mass = 0.02\n";
+
+/// Strokes at eight speeds, so many rows a second.
+fn strokes(rate_hz: f64) -> Course {
+    let speeds_m_s = vec![0.01, 0.02, 0.03, 0.045, 0.06, 0.08, 0.1, 0.13];
+    let staircase = Staircase { speeds_m_s, length_m: 0.2, order: Order::Both, ..Staircase::default() };
+    staircase.course(rate_hz, &Conditions::default()).unwrap()
+}
+
+fn diagnosis(run: &Run, simulation: &Simulation) -> Diagnosis {
+    diagnose(std::slice::from_ref(run), &[], simulation, &Options::default()).diagnosis
+}
+
+fn ids(diagnosis: &Diagnosis) -> Vec<&str> {
+    diagnosis.mechanisms.iter().map(|found| found.id.as_str()).collect()
+}
+
+#[test]
+fn noise_and_rounded_corners_of_a_derived_acceleration_are_no_physics() {
+    let simulation = Simulation::from_toml(AXIS).unwrap();
+    let course = strokes(1000.0);
+    let force = simulation.force(&course.run, &course.motion).unwrap();
+    let mut noise = Noise::new(5, 0);
+    // slow noise: fast errors of the acceleration stand out of it
+    let mut slow = 0.0;
+    let drag_force_n = force
+        .iter()
+        .map(|force| {
+            slow = 0.97 * slow + 0.1 * noise.gaussian();
+            force + slow
+        })
+        .collect();
+    let velocity_m_s = course.motion.velocity_m_s.iter().map(|v| v + 2e-6 * noise.gaussian()).collect();
+    let run = Run { drag_force_n, velocity_m_s: Some(velocity_m_s), acceleration_m_s2: None, ..course.run };
+    assert_eq!(ids(&diagnosis(&run, &simulation)), [""; 0]);
+}
+
+/// Force, N, of a structure that random rolling strikes: `frequency` Hz in a row, a hundredth and a half of critical damping.
+fn struck(course: &Course, rate_hz: f64, frequency: impl Fn(usize) -> f64, grows_with_speed: bool) -> Vec<f64> {
+    let mut noise = Noise::new(9, 0);
+    let (mut before, mut last) = (0.0, 0.0);
+    let next = |n: usize| {
+        let angle = std::f64::consts::TAU * frequency(n) / rate_hz;
+        let decay = (-0.015 * angle).exp();
+        let speed = if grows_with_speed { course.motion.velocity_m_s[n].abs() } else { 0.05 };
+        let x = 2.0 * decay * angle.cos() * last - decay * decay * before + 0.4 * speed.sqrt() * noise.gaussian();
+        (before, last) = (last, x);
+        x
+    };
+    (0..course.run.len()).map(next).collect()
+}
+
+#[test]
+fn a_structure_that_rolling_strikes_is_heard_and_what_sweeps_is_not_one() {
+    let simulation = Simulation::from_toml(AXIS).unwrap();
+    let rate_hz = 500.0;
+    let course = strokes(rate_hz);
+    let force = simulation.force(&course.run, &course.motion).unwrap();
+    let with = |ringing: Vec<f64>| {
+        let mut noise = Noise::new(6, 0);
+        let drag_force_n = force.iter().zip(ringing).map(|(f, x)| f + x + 0.2 * noise.gaussian()).collect();
+        diagnosis(&Run { drag_force_n, ..course.run.clone() }, &simulation)
+    };
+    let found = with(struck(&course, rate_hz, |_| 47.0, true));
+    assert_eq!(ids(&found), ["structural-resonance"]);
+    let frequency = found.mechanisms[0].parameters.iter().find(|number| number.name == "frequency_hz").unwrap();
+    assert!(frequency.ci95[0] <= 47.0 && 47.0 <= frequency.ci95[1], "{frequency:?}");
+    // once a second from 25 to 70 Hz, as a machine beside it that starts up
+    let found = with(struck(&course, rate_hz, |n| 25.0 + 45.0 * (n as f64 / rate_hz).fract(), false));
+    assert!(!ids(&found).contains(&"structural-resonance"), "{:?}", ids(&found));
+}
