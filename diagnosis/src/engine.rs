@@ -106,7 +106,9 @@ fn attempt(
     };
     let runs = moving.runs;
     let is_noisy = speed::is_noisy(runs);
-    let nominal = if is_noisy { nominal.of_law() } else { nominal };
+    let coarsest = coarsest(&nominal, runs, &moving.motions);
+    // an average has no fast acceleration, and what a noisy speed makes of it has a name
+    let nominal = if is_noisy || coarsest > 1 { nominal.of_law() } else { nominal };
     let side = Side::new(simulation, &nominal, &nominal.start(), moving.parts(), together > 1, quality)?;
     quality.count_averages(together);
     if quality.used < sanity::FEWEST_ROWS {
@@ -120,7 +122,6 @@ fn attempt(
     // chosen before any force is looked at
     let split = if holdout.is_empty() { Split::of(runs) } else { Split::none(side.drag_n.len()) };
     let training: Vec<bool> = side.compared.iter().zip(&split.held).map(|(c, held)| *c && !held).collect();
-    let coarsest = coarsest(&nominal, runs, &moving.motions);
     let mut rows = Rows::new(runs, &training, coarsest);
     if rows.len() < sanity::FEWEST_ROWS {
         return Err(format!("only {} rows are left beside those set aside", rows.len()));

@@ -127,6 +127,8 @@ def build(seed, kind, out, effect=None, strength=3.0, law="white", short=False, 
         e = cls(rng, w, d)
         # a share of a pair gets its own strength, the second the asked one times 0.6 to 1.6
         pct = strength if not chosen else strength * float(rng.uniform(0.6, 1.6))
+        if kind in ("pair", "triple") and cls.id == "coupling-backlash":  # as in every other block: a smaller one is a gap of a wavelength of light
+            pct += 8.0
         k, reached, diff, base = solve(c, w, e, pct)
         if e.id == "external-load":  # the weight is known, so the strength scales the weight itself
             c.external, weight, k = np.round(c.external * k, 1), k, 1.0
