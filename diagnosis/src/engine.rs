@@ -7,9 +7,9 @@ use crate::answer;
 use crate::balance::Aside;
 use crate::calibration::{Calibrated, calibrate, unbound};
 use crate::condense::{condensed, factor};
-use crate::events::spots;
+use crate::events;
 use crate::nominal::Nominal;
-use crate::passes::{self, Scene};
+use crate::passes::{self, Found, Scene};
 use crate::proof::Split;
 use crate::report::{DataQuality, Diagnosis, Holdout, SCHEMA, Unexplained, Verdict};
 use crate::resolution::coarsest;
@@ -128,29 +128,50 @@ fn attempt(
     }
     let mut calibrated = calibrate(simulation, &nominal, side, &mut rows, &training)?;
     let mut training = training;
-    let spots = spots(&calibrated.side, &training, &calibrated.left);
+    let mut spots = events::spots(&calibrated.side, &rows, &training, &calibrated.left);
     if let Some(spots) = &spots {
-        // the search has nothing to say of them, and they would draw it to whatever brakes
-        for (training, spot) in training.iter_mut().zip(&spots.rows) {
-            *training &= !spot;
-        }
+        spots.set_aside(&mut training);
         rows = Rows::new(runs, &training, coarsest);
         calibrated = calibrate(simulation, &nominal, calibrated.side, &mut rows, &training)?;
     }
     let ringing = ringing::unmask(&nominal, &calibrated, &training, &mut rows)?;
     let Calibrated { values: law_only, side, saturation, .. } = calibrated;
-    let start = unbound(&nominal, &side, &rows, &training, &law_only)?;
-    let mut kept = None;
     let scene = Scene { side: &side, saturation: &saturation, ringing: (!is_noisy).then_some(&ringing.pointed) };
-    let mut found = passes::run(simulation, &nominal, scene, rows.clone(), &training, &start, &mut kept)?;
-    // a law that is off is accepted as such only if nothing else is needed; else it has imitated what is missing
-    if start != law_only && !found.is_shift_only() {
-        found = passes::run(simulation, &nominal, scene, rows, &training, &law_only, &mut kept)?;
+    let mut found = searched(simulation, &nominal, scene, &rows, &training, &law_only)?;
+    if spots.is_none() && !found.members.is_empty() {
+        // what was found may have hidden them
+        rows.learn(&found.left);
+        spots = events::spots(&side, &rows, &training, &found.left);
+        if let Some(spots) = &spots {
+            spots.set_aside(&mut training);
+            rows = Rows::new(runs, &training, coarsest);
+            rows.learn(&found.left);
+            found = searched(simulation, &nominal, scene, &rows, &training, &law_only)?;
+        }
     }
     let proof = scores::score(simulation, &nominal, &side, holdout, &split, coarsest, &law_only, &found, options)?;
     let aside = Aside { spots: spots.as_ref(), speed, heard: ringing.heard.as_ref() };
     let (diagnosis, augmented) = answer::write(simulation, &nominal, &side, &training, &found, &aside, proof, quality)?;
     Ok(Outcome { diagnosis, augmented: Some(augmented) })
+}
+
+/// Searches around the law with its numbers where calibration left them.
+fn searched<'s>(
+    simulation: &Simulation,
+    nominal: &Nominal,
+    scene: Scene<'s>,
+    rows: &Rows,
+    training: &[bool],
+    law_only: &[f64],
+) -> Result<Found<'s>, String> {
+    let start = unbound(nominal, scene.side, rows, training, law_only)?;
+    let mut kept = None;
+    let found = passes::run(simulation, nominal, scene, rows.clone(), training, &start, &mut kept)?;
+    // a law that is off is accepted as such only if nothing else is needed; else it has imitated what is missing
+    if start != law_only && !found.is_shift_only() {
+        return passes::run(simulation, nominal, scene, rows.clone(), training, law_only, &mut kept);
+    }
+    Ok(found)
 }
 
 /// Averages of this many rows each; `None` where rows stay as they are.

@@ -5,7 +5,7 @@
 //! side         runs with what follows from their motion; resolution: the time over which they are compared
 //! sanity       what is wrong with the recording; rows that cannot be compared
 //! speed        a recorded speed that is worse than that of the position
-//! events       spots that no form of the library has a place for
+//! events       spots that no form of the library has a place for; pulses: what finds them
 //! nominal      the law as a function of what the simulation only assumes
 //! column_law   the same for a law that is known by a column of its force alone
 //! calibration  how far its numbers may move
@@ -50,6 +50,7 @@ mod open_set;
 mod passes;
 mod pool;
 mod proof;
+mod pulses;
 mod refine;
 mod refit;
 mod region;

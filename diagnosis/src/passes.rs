@@ -62,6 +62,8 @@ pub(crate) struct Found<'s> {
     pub(crate) with_shifts: Vec<f64>,
     pub(crate) p_no_mismatch: f64,
     pub(crate) noise_n: f64,
+    /// What neither the members nor any curve follows, row by row of all runs.
+    pub(crate) left: Vec<f64>,
     /// Step in which the force channel counts, N, where that is a good part of the noise.
     pub(crate) coarse_step_n: Option<f64>,
 }
@@ -179,6 +181,7 @@ pub(crate) fn run<'s>(
             with_shifts,
             p_no_mismatch,
             noise_n,
+            left,
             coarse_step_n: step_n.filter(|_| rounding_n > COARSE * noise),
         });
     }

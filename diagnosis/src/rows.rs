@@ -277,6 +277,17 @@ impl Rows {
         }
     }
 
+    /// The same rows, where tails count in full.
+    pub(crate) fn with_tails(&self) -> Self {
+        let mut rows = self.clone();
+        for group in &self.groups {
+            let weights = &mut rows.weights[group.clone()];
+            let largest = weights.iter().copied().fold(0.0, f32::max);
+            weights.fill(largest);
+        }
+        rows
+    }
+
     /// Rows of a stretch: gaps bridged, averaged down.
     fn averaged(&self, stretch: &Stretch, column: &[f64]) -> Vec<f64> {
         let from = self.starts[stretch.run] + stretch.rows.start;
