@@ -175,3 +175,43 @@ pub(crate) fn outstanding(track: &Track, scores: &[f64], admitted: impl Fn(usize
     }
     peaks
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn track(rows: usize, speed_m_s: f64, braking: Vec<f64>) -> Track {
+        Track {
+            rows: 0..rows,
+            step_s: 0.01,
+            travel_m: (0..rows).map(|n| n as f64 * 0.01 * speed_m_s).collect(),
+            speed_m_s: vec![speed_m_s; rows],
+            braking,
+            compared: vec![true; rows],
+            is_built_up: vec![true; rows],
+            is_told: vec![true; rows],
+        }
+    }
+
+    #[test]
+    fn running_sums_give_the_triangle() {
+        let braking: Vec<f64> = (0..300).map(|n| (f64::from(n) * 0.37).sin() + 2.0).collect();
+        let track = track(300, 0.02, braking.clone());
+        let (out, is_whole) = matched(&track, Width::Length(3e-3));
+        for (n, out) in out.iter().enumerate() {
+            let weight = |m: usize| (1.0 - (m as f64 - n as f64).abs() * 2e-4 / 1.5e-3).max(0.0);
+            let sum: f64 = braking.iter().enumerate().map(|(m, x)| weight(m) * x).sum();
+            assert!((out - sum).abs() < 1e-9, "row {n}: {out} {sum}");
+        }
+        assert!(is_whole.iter().all(|is_whole| *is_whole));
+    }
+
+    #[test]
+    fn nothing_and_constants_have_no_score() {
+        assert!(scores(&[], Width::Length(1e-3)).is_empty());
+        let flat = [track(0, 0.02, Vec::new()), track(500, 0.0, vec![0.0; 500])];
+        for width in [Width::Length(1e-3), Width::Duration(0.05), Width::Duration(f64::NAN)] {
+            assert!(scores(&flat, width).iter().flatten().all(|score| *score == 0.0));
+        }
+    }
+}

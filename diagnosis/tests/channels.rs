@@ -174,3 +174,47 @@ fn dirt_brakes_over_one_length_and_what_pushes_as_often_is_no_dirt() {
     let found = outcome(&recorded(&simulation, strokes(), both), &simulation).diagnosis;
     assert!(!ids(&found).contains(&"contamination"), "{:?}", ids(&found));
 }
+
+/// Pulses of this height and length, m of travel, at places that do not come twice: even ones brake, odd ones with `odd`.
+fn dirt(height_n: f64, length_m: f64, odd: f64) -> impl Fn(f64, f64, f64) -> f64 {
+    let mut draws = Noise::new(5, 0);
+    let mut places_m = vec![0.02];
+    while places_m.len() < 300 {
+        places_m.push(places_m[places_m.len() - 1] + 0.02 + 0.03 * draws.gaussian().abs());
+    }
+    move |_, _, travel_m| {
+        let near = |place: &f64| (1.0 - 2.0 * (travel_m - place).abs() / length_m).max(0.0);
+        let hit = places_m.iter().position(|place| near(place) > 0.0);
+        hit.map_or(0.0, |k| near(&places_m[k]) * height_n * if k % 2 == 0 { 1.0 } else { odd })
+    }
+}
+
+#[test]
+fn dirt_whose_single_rows_do_not_stand_out_is_found_by_its_shape() {
+    let simulation = simulation("");
+    // a row is 3 standard deviations of the noise at most
+    let found = outcome(&recorded(&simulation, strokes(), dirt(3.0 * NOISE_N, 2e-3, 1.0)), &simulation).diagnosis;
+    assert_eq!(ids(&found), ["contamination"]);
+    let [_, length, height] = found.mechanisms[0].parameters.as_slice() else { panic!("{:?}", found.mechanisms) };
+    assert!((1e-3..3e-3).contains(&length.value), "{length:?}");
+    assert!((0.5..2.0).contains(&(height.value / (3.0 * NOISE_N))), "{height:?}");
+}
+
+#[test]
+fn tails_of_either_sign_and_spikes_of_one_duration_are_no_dirt() {
+    let simulation = simulation("");
+    let pushing = dirt(3.0 * NOISE_N, 2e-3, -1.0);
+    let found = outcome(&recorded(&simulation, strokes(), pushing), &simulation).diagnosis;
+    assert!(!ids(&found).contains(&"contamination"), "{:?}", ids(&found));
+    for (spike_n, skewed) in [(8.0, false), (8.0, true)] {
+        let mut draws = Noise::new(33, 0);
+        // one row in a hundred, of any size
+        let tails: Vec<f64> = (0..20_000)
+            .map(|_| if draws.gaussian() > 2.33 { spike_n * NOISE_N * draws.gaussian() } else { 0.0 })
+            .map(|x| if skewed { x.abs() } else { x })
+            .collect();
+        let spikes = |t: f64, _: f64, _: f64| tails[(t * 200.0).round() as usize % tails.len()];
+        let found = outcome(&recorded(&simulation, strokes(), spikes), &simulation).diagnosis;
+        assert!(!ids(&found).contains(&"contamination"), "{skewed}: {:?}", ids(&found));
+    }
+}
