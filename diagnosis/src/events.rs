@@ -122,7 +122,8 @@ pub(crate) fn spots(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64
     if is_of_duration(&tracks, &lengths, best) || is_fixed(side, &tracks, &spots.braking) {
         return None;
     }
-    Some(described(&tracks, &lengths, best, p, left, side))
+    // what is as short as the contact of a ball, or shorter, nothing rolled over
+    Some(described(&tracks, &lengths, best, p, left, side)).filter(|spots| spots.length_m.value > 1.01 * SHORTEST_M)
 }
 
 /// Numbers each √2 times the one before.
