@@ -16,6 +16,10 @@ use std::ops::Range;
 
 use simulation::run::Run;
 
+/// Share of a change by which this is off where contacts are not Hertz's alone: with the angle of contact that a preload
+/// changes, for one.
+pub(crate) const ERROR: f64 = 0.05;
+
 /// Width of a cell of speed, in ln V.
 const CELL: f64 = 0.05;
 

@@ -6,7 +6,7 @@ use crate::bench::{Bench, Beside, Candidate, Member};
 use crate::linear::{Cholesky, Symmetric, dot, products};
 use crate::pool::{Pool, Tolerances};
 use crate::refine::refine;
-use crate::search::simplicity;
+use crate::search::{FURTHER, simplicity};
 
 /// Rivals this many nats behind are still in the race.
 const TIE: f64 = 3.0;
@@ -41,6 +41,10 @@ pub(crate) fn of(
     at: usize,
 ) -> Set {
     let Beside { others, fit, own, gain: own_gain } = bench.beside(members, at);
+    // what a longer form adds may be what the minimal one leaves of its own cause: it tells nothing apart
+    let minimal = pool.minimal_gain(bench, &own.source, &fit);
+    let minimal = minimal.filter(|minimal| minimal.nats > (1.0 - FURTHER) * own_gain.nats);
+    let own_score = minimal.map_or(own_gain.score, |minimal| minimal.score.min(own_gain.score));
     let tie = TIE.max(NEAR * own_gain.nats);
     let mut candidates = vec![own.clone()];
     let mut against = 0.0;
@@ -51,7 +55,7 @@ pub(crate) fn of(
             .into_iter()
             .filter(|(index, gain)| {
                 let source = &pool.causes[*index].source;
-                gain.score > own_gain.score - far
+                gain.score > own_score - far
                     && !source.is_kin(&own.source)
                     && !others.iter().any(|other| other.candidate.source.is_kin(source))
             })
@@ -60,7 +64,7 @@ pub(crate) fn of(
             .collect();
         for index in rivals {
             let (rival, gain) = refine(bench, &pool.causes[index], &fit);
-            let behind = own_gain.score - gain.score;
+            let behind = own_score - gain.score;
             if behind < tie {
                 candidates.push(rival);
             } else {

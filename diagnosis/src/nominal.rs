@@ -165,6 +165,11 @@ impl Nominal {
             || self.parameters.iter().any(|parameter| parameter.which == Which::FreeMass)
     }
 
+    /// Share of what calibration changes that its derivatives may be off by.
+    pub(crate) fn error_of_derivatives(&self) -> f64 {
+        if matches!(self.simulation.law, Law::Column) { column_law::ERROR } else { 0.0 }
+    }
+
     /// Whether some number is fitted freely, so that the simulation as given predicts nothing.
     pub(crate) fn is_incomplete(&self) -> bool {
         self.parameters.iter().any(|parameter| parameter.sigma.is_none())

@@ -128,8 +128,10 @@ pub(crate) fn run<'s>(
         };
         let noise = noise_rms(&rows, &saturation.rest(&rows, &side.contexts, &mismatch, &tangent, &[]));
         let rounding_n = step_n.map_or(0.0, |step| step / 12.0f64.sqrt());
-        // what is smaller than the rounding cannot be told from it
-        let floor_n = (simulation.tolerance.relevance * drag_rms).max(FLOOR_OF_NOISE * noise).max(rounding_n);
+        // what is smaller than the rounding cannot be told from it, nor what derivatives leave of calibration
+        let inexact_n = nominal.error_of_derivatives() * calibrated_n(nominal, side, &rows, &mismatch)?;
+        let floor_n = simulation.tolerance.relevance * drag_rms;
+        let floor_n = floor_n.max(FLOOR_OF_NOISE * noise).max(rounding_n).max(inexact_n);
         let first = search(&mut bench, &mut pool, &tolerances, floor_n);
         let mut members = first.members;
         let p_of_curve = open_set::extend(&mut bench, &mut pool, &tolerances, &mut members, floor_n);
@@ -186,6 +188,12 @@ pub(crate) fn run<'s>(
         });
     }
     Err("the search did not end".to_owned())
+}
+
+/// RMS force that calibration has changed, N.
+fn calibrated_n(nominal: &Nominal, side: &Side<'_>, rows: &Rows, mismatch: &[f64]) -> Result<f64, String> {
+    let before = side.residual(nominal, &nominal.start())?;
+    Ok(rms(&rows.plain(&before.iter().zip(mismatch).map(|(before, after)| before - after).collect::<Vec<_>>())))
 }
 
 /// p-value of the surest member beside the others, as the locks have it.

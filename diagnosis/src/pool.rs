@@ -136,6 +136,16 @@ impl Pool {
         best.map(|(candidate, _)| refine(bench, candidate, fit))
     }
 
+    /// What the minimal form of a cause adds to a fit at most.
+    pub(crate) fn minimal_gain(&mut self, bench: &Bench<'_>, source: &Source, fit: &Fit) -> Option<Gain> {
+        let own = self.causes.iter_mut().filter(|c| c.source.is_minimal() && c.source.is_kin(source));
+        let gain = |candidate: &mut Candidate| {
+            bench.prepare(candidate, &fit.active);
+            bench.gain(candidate, fit)
+        };
+        own.map(gain).max_by(|a, b| a.score.total_cmp(&b.score))
+    }
+
     /// Adds the forms of a cause that a first look leaves out. What a form shares with the one of `source` (the place of
     /// a joint) is where it is there.
     fn complete(&mut self, bench: &Bench<'_>, left: &Left, source: &Source) {

@@ -83,7 +83,7 @@ pub(super) const CABLE_CHAIN: Definition = Definition {
         },
         Form {
             name: "rolling",
-            shape: &[ratio("length_m", "m", 5e-3, 0.1, 5)],
+            shape: &[ratio("length_m", "m", 5e-3, 0.06, 5)],
             amplitudes: &[
                 amplitude("drag_n", "N", Positive, 5.0),
                 amplitude("bending_n", "N", Positive, 1.0),

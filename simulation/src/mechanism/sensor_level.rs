@@ -130,11 +130,11 @@ pub(super) const LOAD_CROSSTALK: Definition = Definition {
             columns: |context, _| {
                 let external =
                     filled(context.run.external_load_n.as_ref()).filter(|load| load.iter().any(|w| *w != 0.0));
-                let load = external.or_else(|| filled(context.run.preload_n.as_ref()))?;
+                let load = external.or_else(|| filled(Some(&context.steady.preload_n)))?;
                 shown(vec![load])
             },
             phase_bound: false,
-            equation: "F = force_per_load·W, W the external load, or the measured preload where there is none",
+            equation: "F = force_per_load·W, W the external load, or the preload where there is none",
         },
         Form {
             name: "both",
