@@ -179,6 +179,9 @@ pub(crate) fn profile_parts(run: &Run) -> Vec<Range<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use simulation::Simulation;
+    use simulation::law::Factors;
+    use simulation::profile::{Conditions, Order, Staircase};
     use simulation::run::{Break, Part};
 
     #[test]
@@ -204,5 +207,42 @@ mod tests {
             let found = told[n] - 20.0 * acceleration[n];
             assert!((found - exact).abs() < 0.02, "{v}: {found} for {exact}");
         }
+    }
+
+    /// The paper's own law, known by its column alone, at preloads of a decade: what is left of a change of its preload or
+    /// viscosity, over the change.
+    #[test]
+    fn a_column_errs_by_a_few_hundredths_of_a_change() {
+        let mut worst = 0.0f64;
+        for preload_n in [500.0, 1500.0, 4500.0, 9000.0] {
+            let text = format!(
+                "schema = \"guideblock.simulation/1\"\n[guide]\nparameters = \"zhou-2023\"\n[lubricant]\n\
+                 viscosity_cst = 100.0\n[operation]\npreload_n = {preload_n:?}\n"
+            );
+            let simulation = Simulation::from_toml(&text).expect("sound");
+            let conditions = Conditions { preload_n: Some(preload_n), ..Conditions::default() };
+            let speeds_m_s = vec![0.003, 0.006, 0.012, 0.025, 0.05, 0.1];
+            let staircase = Staircase { speeds_m_s, order: Order::Both, ..Staircase::default() };
+            let course = staircase.course(200.0, &conditions).expect("legal");
+            let (run, motion) = (&course.run, &course.motion);
+            let law = |factors: &Factors| simulation.steady(factors, run, motion).expect("complete");
+            let given = law(&Factors::default());
+            for (preload, viscosity) in [(0.05, 0.0), (0.0, 0.05)] {
+                let factors = Factors { preload: 1.0 + preload, viscosity: 1.0 + viscosity, ..Factors::default() };
+                let exact = law(&factors).force_n;
+                let motions = (&*motion.velocity_m_s, &*motion.acceleration_m_s2, &*given.direction);
+                let changes = Changes { friction: 0.0, preload, viscosity };
+                let told = changed(run, &given.force_n, motions, &changes);
+                let moves = |n: &usize| given.direction[*n] != 0.0 && motion.acceleration_m_s2[*n].abs() < 1e-3;
+                let rms = |of: &dyn Fn(usize) -> f64| {
+                    let squares: Vec<f64> = (0..run.len()).filter(moves).map(|n| of(n) * of(n)).collect();
+                    (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+                };
+                let share = rms(&|n| told[n] - exact[n]) / rms(&|n| exact[n] - given.force_n[n]);
+                println!("{preload_n} N, preload {preload}, viscosity {viscosity}: {share:.3}");
+                worst = worst.max(share);
+            }
+        }
+        assert!(worst < ERROR, "{worst}");
     }
 }
