@@ -6,13 +6,17 @@ use crate::bench::{Bench, Beside, Candidate, Member};
 use crate::linear::{Cholesky, Symmetric, dot, products};
 use crate::pool::{Pool, Tolerances};
 use crate::refine::refine;
-use crate::search::{FURTHER, simplicity};
+use crate::search::simplicity;
 
 /// Rivals this many nats behind are still in the race.
 const TIE: f64 = 3.0;
 
 /// A rival that explains this share of the evidence differs by less than what two writings of one cause differ by.
 pub(crate) const NEAR: f64 = 0.004;
+
+/// Share of the evidence that a longer form adds to its own cause and that tells nothing apart: half of what a form may
+/// leave at all.
+const LONGER_FORM: f64 = 0.01;
 
 /// Share of a force that makes no difference between two.
 const SAME: f64 = 1e-4;
@@ -42,9 +46,11 @@ pub(crate) fn of(
 ) -> Set {
     let Beside { others, fit, own, gain: own_gain } = bench.beside(members, at);
     // what a longer form adds may be what the minimal one leaves of its own cause: it tells nothing apart
-    let minimal = pool.minimal_gain(bench, &own.source, &fit);
-    let minimal = minimal.filter(|minimal| minimal.nats > (1.0 - FURTHER) * own_gain.nats);
-    let own_score = minimal.map_or(own_gain.score, |minimal| minimal.score.min(own_gain.score));
+    let minimal = pool.minimal(bench, &own.source, &fit);
+    let minimal = minimal.filter(|(_, minimal)| minimal.nats > (1.0 - LONGER_FORM) * own_gain.nats);
+    let own_score = minimal.as_ref().map_or(own_gain.score, |(_, minimal)| minimal.score.min(own_gain.score));
+    let own_nats = minimal.as_ref().map_or(own_gain.nats, |(_, minimal)| minimal.nats.min(own_gain.nats));
+    let minimal = minimal.map(|(candidate, _)| candidate.clone());
     let tie = TIE.max(NEAR * own_gain.nats);
     let mut candidates = vec![own.clone()];
     let mut against = 0.0;
@@ -64,7 +70,9 @@ pub(crate) fn of(
             .collect();
         for index in rivals {
             let (rival, gain) = refine(bench, &pool.causes[index], &fit);
-            let behind = own_score - gain.score;
+            // that a name has more numbers speaks against it only where they bend
+            let is_plain = rival.source.is_minimal() && rival.source.shapes() == 0;
+            let behind = if is_plain { own_nats - gain.nats } else { own_score - gain.score };
             if behind < tie {
                 candidates.push(rival);
             } else {
@@ -74,7 +82,8 @@ pub(crate) fn of(
         }
     }
     candidates.sort_by_key(|candidate| simplicity(&candidate.source));
-    let constants: Vec<Candidate> = candidates.iter().filter(|c| is_constant(bench, c)).cloned().collect();
+    let constants: Vec<Candidate> =
+        candidates.iter().chain(&minimal).filter(|c| is_constant(bench, c)).cloned().collect();
     candidates.retain(|candidate| !constants.iter().any(|constant| is_with_more(candidate, constant)));
     Set { candidates, confidence: (1.0 / (1.0 + against)).clamp(0.5, 0.99) }
 }

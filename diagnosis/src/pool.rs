@@ -136,14 +136,15 @@ impl Pool {
         best.map(|(candidate, _)| refine(bench, candidate, fit))
     }
 
-    /// What the minimal form of a cause adds to a fit at most.
-    pub(crate) fn minimal_gain(&mut self, bench: &Bench<'_>, source: &Source, fit: &Fit) -> Option<Gain> {
+    /// The minimal form of a cause, where it adds most to a fit.
+    pub(crate) fn minimal(&mut self, bench: &Bench<'_>, source: &Source, fit: &Fit) -> Option<(&Candidate, Gain)> {
         let own = self.causes.iter_mut().filter(|c| c.source.is_minimal() && c.source.is_kin(source));
-        let gain = |candidate: &mut Candidate| {
+        own.map(|candidate| {
             bench.prepare(candidate, &fit.active);
-            bench.gain(candidate, fit)
-        };
-        own.map(gain).max_by(|a, b| a.score.total_cmp(&b.score))
+            let gain = bench.gain(candidate, fit);
+            (&*candidate, gain)
+        })
+        .max_by(|a, b| a.1.score.total_cmp(&b.1.score))
     }
 
     /// Adds the forms of a cause that a first look leaves out. What a form shares with the one of `source` (the place of

@@ -145,7 +145,7 @@ fn a_mass_is_told_from_what_one_frequency_makes_look_like_it() {
     // in one sinusoid acceleration is proportional to position, and to the change of the law's force
     let swing = Reversal { amplitudes_m: vec![0.02], frequencies_hz: vec![0.5], cycles: 30 };
     let first = swing.course(200.0, &at(3000.0)).unwrap();
-    settled(&first, &added(Id::Inertia, &[], &[8.0]), 0.3, Id::GravityTilt);
+    settled(&first, &added(Id::Inertia, &[], &[8.0]), 0.3, Id::CableChain);
     let swell =
         Modulation { speed_m_s: 0.005, depth: 0.3, frequencies_hz: vec![4.0], hold_s: 15.0, ..Modulation::default() };
     let first = swell.course(200.0, &at(3000.0)).unwrap();

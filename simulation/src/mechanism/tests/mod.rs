@@ -202,12 +202,12 @@ fn what_a_run_does_not_measure_is_not_shown() {
         (
             &bare,
             "viscosity-temperature external-load rail-straightness rail-joint thermal-preload cable-chain drive-ripple \
-             contamination ball-pass load-crosstalk encoder-cyclic-error",
+             contamination ball-pass encoder-cyclic-error",
         ),
         (
             &steady,
             "viscosity-temperature external-load rail-straightness rail-joint thermal-preload cable-chain drive-ripple \
-             contamination ball-pass load-crosstalk encoder-cyclic-error inertia presliding frictional-lag breakaway-dwell \
+             contamination ball-pass encoder-cyclic-error inertia presliding frictional-lag breakaway-dwell \
              structural-resonance force-lowpass time-misalignment coupling-backlash force-saturation",
         ),
     ] {
