@@ -18,8 +18,9 @@ const LENGTHS: i32 = 8;
 /// Durations that are tried, by the same ratio: from one row to those of a spot at the lowest speed.
 const DURATIONS: i32 = 15;
 
-/// p-value of as many that brake and so few that push below which spots are no chance: ten of ten.
-const CHANCE: f64 = 1e-3;
+/// p-value of as many that brake and so few that push, over all lengths, below which spots are no chance: eleven of
+/// eleven.
+const CHANCE: f64 = 4e-3;
 
 /// Squared score above which a spot is no more evidence: what spots have in common the largest alone do not tell.
 const MOST_OF_ONE: f64 = 100.0;
@@ -32,8 +33,8 @@ const BUILT_UP_M: f64 = 3e-3;
 const STEADY_M: f64 = 2e-3;
 const STEADY: f64 = 0.2;
 
-/// Step of a channel, of the spread of what is left, from which noise does not carry it over its steps: what is rounded to
-/// it and nothing else has the spread of 0.37 steps.
+/// Step of a channel, of the spread of what is left in a part, from which noise does not carry it over its steps, and it
+/// flips between two of them for as long as a spot lasts: what is rounded to it and nothing else has the spread of 0.37 steps.
 const FLIPPING: f64 = 2.0;
 
 /// Distance of places that are the same, m, and share of all passes over the places of spots that meet one again, from
@@ -115,15 +116,17 @@ pub(crate) fn spots(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64
     let evidence = |index: &usize| lengths[*index].1.evidence;
     let best = (0..lengths.len()).max_by(|a, b| evidence(a).total_cmp(&evidence(b)))?;
     let spots = &lengths[best].1;
-    let p = at_least(spots.braking.len(), spots.pushing);
+    let p = (at_least(spots.braking.len(), spots.pushing) * f64::from(LENGTHS)).min(1.0);
     if p > CHANCE {
         return None;
     }
     if is_of_duration(&tracks, &lengths, best) || is_fixed(side, &tracks, &spots.braking) {
         return None;
     }
-    // what is as short as the contact of a ball, or shorter, nothing rolled over
-    Some(described(&tracks, &lengths, best, p, left, side)).filter(|spots| spots.length_m.value > 1.01 * SHORTEST_M)
+    // what is as short as the contact of a ball, or shorter, nothing rolled over, and what is longer than all is no spot
+    let longest_m = lengths.last().map_or(0.0, |(length_m, _)| *length_m);
+    let is_spot = |spots: &Spots| (1.01 * SHORTEST_M..0.99 * longest_m).contains(&spots.length_m.value);
+    Some(described(&tracks, &lengths, best, p, left, side)).filter(is_spot)
 }
 
 /// Numbers each √2 times the one before.
@@ -138,9 +141,10 @@ fn tracks(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64]) -> Vec<
     let weights = rows.power_weights();
     let (mut tracks, mut start) = (Vec::new(), 0);
     for context in &side.contexts {
-        let is_coarse = is_coarse(&context.run.drag_force_n, &left[start..start + context.run.len()]);
+        let step_n = quantum(&context.run.drag_force_n);
         for part in &context.run.parts {
             let own = start + part.rows.start..start + part.rows.end;
+            let is_coarse = step_n.is_some_and(|step| step > FLIPPING * robust_sigma(&left[own.clone()]));
             let scaled = |n: usize| {
                 let scaled = context.steady.direction[n] * matched[start + n] / weights[start + n].sqrt();
                 if scaled.is_finite() { scaled } else { 0.0 }
@@ -161,12 +165,6 @@ fn tracks(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64]) -> Vec<
         start += context.run.len();
     }
     tracks
-}
-
-/// Whether a channel counts in steps that its noise does not carry it over: it flips between two of them for as long as
-/// a spot lasts.
-fn is_coarse(force_n: &[f64], left_n: &[f64]) -> bool {
-    quantum(force_n).is_some_and(|step| step > FLIPPING * robust_sigma(left_n))
 }
 
 /// Rows where nothing but a spot has the shape of one.
