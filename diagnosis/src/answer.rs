@@ -93,6 +93,11 @@ pub(crate) fn write(
     let noise_over_step = |(step, _): (f64, f64)| (balance.noise_n / step).clamp(0.02, 0.5);
     augmented.mechanisms.extend(rounding.map(|it| shown(Id::ForceQuantisation, noise_over_step(it))));
     augmented.mechanisms.extend(clipped.map(|(limit, _)| shown(Id::ForceSaturation, limit)));
+    if !found.members.is_empty() && proof.holdout.improvement_ci95[1] < 0.0 {
+        let text = "what was found makes the error larger on the rows that were set aside: it does not carry over, and the \
+                    augmented simulation is not to be used there";
+        quality.warnings.push(text.to_owned());
+    }
     let signature = if mechanisms.is_empty() { "nothing beyond the noise" } else { "the rest is noise-like" };
     let diagnosis = Diagnosis {
         schema: SCHEMA,

@@ -218,3 +218,17 @@ fn tails_of_either_sign_and_spikes_of_one_duration_are_no_dirt() {
         assert!(!ids(&found).contains(&"contamination"), "{skewed}: {:?}", ids(&found));
     }
 }
+
+#[test]
+fn what_does_not_carry_over_is_said_to_make_things_worse() {
+    let simulation = simulation("");
+    let dragging = recorded(&simulation, strokes(), |_, _, _| 3.0);
+    let clean = recorded(&simulation, strokes(), nothing);
+    let warnings = |holdout: Run| {
+        let outcome = diagnose(std::slice::from_ref(&dragging), &[holdout], &simulation, &Options::default());
+        outcome.diagnosis.data_quality.warnings
+    };
+    let is_said = |warnings: Vec<String>| warnings.iter().any(|line| line.contains("does not carry over"));
+    assert!(is_said(warnings(clean)));
+    assert!(!is_said(warnings(dragging.clone())));
+}
