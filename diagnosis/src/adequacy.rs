@@ -8,13 +8,17 @@
 //! unevenness = (Σ_b (r·g)_b²/(g·g)_b - blocks) / (g·g)
 //! ```
 //!
-//! The sum is what sizes of their own would explain beside the one size, which is `g·g`; noise alone would explain one
-//! per block.
+//! The sum is what sizes of their own would explain beside the one size, which is `g·g`; white noise alone would explain
+//! one per block, and what other noise would explain is seen by holding `g` beside the rest of other times.
+//!
+//! Where the form says how the force grows with the load, a force that grows otherwise is another one: see
+//! [`load_law`](crate::load_law).
 
 use simulation::mechanism::Id;
 
 use crate::bench::{Bench, Fit, Member, Source};
-use crate::linear::{Cholesky, Symmetric, products};
+use crate::linear::{products, remove};
+use crate::load_law;
 use crate::rows::Gram;
 
 /// Why a cause that explains much is not named.
@@ -22,6 +26,8 @@ use crate::rows::Gram;
 pub(crate) enum Doubt {
     /// Its size is not the same throughout.
     Uneven,
+    /// It grows with the load otherwise than its form says.
+    WithLoad,
     /// Only the end of what one of its numbers can be comes near.
     AtTheEnd(&'static str),
 }
@@ -41,6 +47,9 @@ const LEAST_SHARE: f64 = 0.04;
 
 /// Share of a cause's own force below which a block says nothing of its size.
 const SILENT: f64 = 1e-3;
+
+/// Other times at which a force is held beside the rest, spread evenly over the recording.
+const ELSEWHERE: usize = 16;
 
 /// Share of its way at which a number is at its end.
 const END: f64 = 0.01;
@@ -70,8 +79,17 @@ fn doubt(bench: &Bench<'_>, fit: &Fit, member: &Member, rest: &[f32], (most, lea
     if rings(&member.candidate.source) {
         return None;
     }
-    let (uneven, nats) = unevenness(bench, fit, member, rest);
-    if nats < least {
+    let force = own_force(bench, fit, member);
+    // the data alone cannot tell the size of a shift that the law's other numbers imitate
+    let is_imitated = matches!(member.candidate.source, Source::Shift { .. }) && products(&[&force], &[&force])[0] < 2.0 * LEAST;
+    if is_imitated {
+        return None;
+    }
+    if load_law::is_another(bench, fit, member, rest) {
+        return Some(Doubt::WithLoad);
+    }
+    let (uneven, nats) = unevenness(bench, &force, rest);
+    if nats < least || nats < most_elsewhere(bench, &force, rest) {
         return None;
     }
     match ends.first() {
@@ -83,12 +101,12 @@ fn doubt(bench: &Bench<'_>, fit: &Fit, member: &Member, rest: &[f32], (most, lea
 /// Whether a member's size is the same throughout, as that of a small cause must be beside a large one.
 pub(crate) fn is_even(bench: &Bench<'_>, members: &[Member], at: usize) -> bool {
     let fit = bench.fit_members(members);
-    unevenness(bench, &fit, &members[at], &bench.rest(&fit)).0 < UNEVEN_BESIDE
+    unevenness(bench, &own_force(bench, &fit, &members[at]), &bench.rest(&fit)).0 < UNEVEN_BESIDE
 }
 
-/// Unevenness of a member's force, and what it would explain, nats.
-fn unevenness(bench: &Bench<'_>, fit: &Fit, member: &Member, rest: &[f32]) -> (f64, f64) {
-    let mut force = vec![0.0f32; rest.len()];
+/// A member's force without what law and other causes imitate, whitened.
+fn own_force(bench: &Bench<'_>, fit: &Fit, member: &Member) -> Vec<f32> {
+    let mut force = vec![0.0f32; bench.base[0].len()];
     for column in member.base.iter().filter(|column| fit.active.contains(column)) {
         let amplitude = fit.value_of(*column) as f32;
         force.iter_mut().zip(&bench.base[*column]).for_each(|(force, x)| *force += amplitude * x);
@@ -105,7 +123,12 @@ fn unevenness(bench: &Bench<'_>, fit: &Fit, member: &Member, rest: &[f32]) -> (f
         .map(|column| bench.base[*column].as_slice())
         .collect();
     remove(&mut force, &others);
-    let gram = Gram::of(&[rest, &force], &bench.rows.blocks);
+    force
+}
+
+/// Unevenness of a force, and what sizes of their own would explain, nats.
+fn unevenness(bench: &Bench<'_>, force: &[f32], rest: &[f32]) -> (f64, f64) {
+    let gram = Gram::of(&[rest, force], &bench.rows.blocks);
     let all = gram.total.get(1, 1);
     let (mut explained, mut blocks) = (0.0, 0.0);
     for block in gram.blocks.iter().filter(|block| block.get(1, 1) > SILENT * all) {
@@ -116,12 +139,17 @@ fn unevenness(bench: &Bench<'_>, fit: &Fit, member: &Member, rest: &[f32]) -> (f
     if all > 0.0 { (more / all, 0.5 * more) } else { (0.0, 0.0) }
 }
 
-/// Takes out of a column what others imitate.
-fn remove(column: &mut [f32], others: &[&[f32]]) {
-    let along = products(others, &[&*column]);
-    for (other, x) in others.iter().zip(Cholesky::of(&Symmetric::gram(others)).solve(&along)) {
-        column.iter_mut().zip(*other).for_each(|(column, other)| *column -= x as f32 * other);
+/// What sizes of their own explain at most, nats, where the force is held beside the rest of another time.
+fn most_elsewhere(bench: &Bench<'_>, force: &[f32], rest: &[f32]) -> f64 {
+    let mut moved = rest.to_vec();
+    let step = rest.len() / ELSEWHERE;
+    moved.rotate_left(step / 2);
+    let mut most = f64::NEG_INFINITY;
+    for _ in 0..ELSEWHERE {
+        most = most.max(unevenness(bench, force, &moved).1);
+        moved.rotate_left(step);
     }
+    most
 }
 
 /// Numbers of a cause's shape that lie at an end of what they can be.

@@ -13,7 +13,7 @@
 //! bench        the mismatch and all that may explain it, whitened; every fit is algebra on inner products
 //! locks        is an effect real? two tests that must agree
 //! search       which named causes act; story: curves without a name; open_set: what has no name here
-//! clock        what repeats in time; adequacy: is what explains much what acts?
+//! clock        what repeats in time; adequacy: is what explains much what acts? load_law: does it feel the load as it must?
 //! passes       the search, and again around where it has led; rest: what is left
 //! equivalents  what this recording cannot tell apart; experiment: the next run that would, by simulation
 //! proof        rows set aside; scores: the three stages there, and what each cause does
@@ -43,6 +43,7 @@ mod experiment;
 mod export;
 mod finding;
 mod linear;
+mod load_law;
 mod locks;
 mod noise;
 mod nominal;

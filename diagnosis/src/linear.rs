@@ -137,6 +137,14 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
+/// Takes out of a column what others imitate.
+pub(crate) fn remove(column: &mut [f32], others: &[&[f32]]) {
+    let along = products(others, &[&*column]);
+    for (other, x) in others.iter().zip(Cholesky::of(&Symmetric::gram(others)).solve(&along)) {
+        column.iter_mut().zip(*other).for_each(|(column, other)| *column -= x as f32 * other);
+    }
+}
+
 /// Rows over which single precision sums; short enough for rounding not to matter, and for a few columns to stay in
 /// the fastest memory.
 const PIECE: usize = 512;
