@@ -8,8 +8,8 @@
 //! unevenness = (Σ_b (r·g)_b²/(g·g)_b - blocks) / (g·g)
 //! ```
 //!
-//! The sum is what sizes of their own would explain beside the one size, which is `g·g`; white noise alone would explain
-//! one per block, and what other noise would explain is seen by holding `g` beside the rest of other times.
+//! The sum is what sizes of their own would explain beside the one size, which is `g·g`; noise alone would explain one
+//! per block.
 //!
 //! Where the form says how the force grows with the load, a force that grows otherwise is another one: see
 //! [`load_law`](crate::load_law).
@@ -47,9 +47,6 @@ const LEAST_SHARE: f64 = 0.04;
 
 /// Share of a cause's own force below which a block says nothing of its size.
 const SILENT: f64 = 1e-3;
-
-/// Other times at which a force is held beside the rest, spread evenly over the recording.
-const ELSEWHERE: usize = 16;
 
 /// Share of its way at which a number is at its end.
 const END: f64 = 0.01;
@@ -89,7 +86,7 @@ fn doubt(bench: &Bench<'_>, fit: &Fit, member: &Member, rest: &[f32], (most, lea
         return Some(Doubt::WithLoad);
     }
     let (uneven, nats) = unevenness(bench, &force, rest);
-    if nats < least || nats < most_elsewhere(bench, &force, rest) {
+    if nats < least {
         return None;
     }
     match ends.first() {
@@ -137,19 +134,6 @@ fn unevenness(bench: &Bench<'_>, force: &[f32], rest: &[f32]) -> (f64, f64) {
     }
     let more = explained - blocks;
     if all > 0.0 { (more / all, 0.5 * more) } else { (0.0, 0.0) }
-}
-
-/// What sizes of their own explain at most, nats, where the force is held beside the rest of another time.
-fn most_elsewhere(bench: &Bench<'_>, force: &[f32], rest: &[f32]) -> f64 {
-    let mut moved = rest.to_vec();
-    let step = rest.len() / ELSEWHERE;
-    moved.rotate_left(step / 2);
-    let mut most = f64::NEG_INFINITY;
-    for _ in 0..ELSEWHERE {
-        most = most.max(unevenness(bench, force, &moved).1);
-        moved.rotate_left(step);
-    }
-    most
 }
 
 /// Numbers of a cause's shape that lie at an end of what they can be.

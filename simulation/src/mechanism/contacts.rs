@@ -172,26 +172,19 @@ pub(super) const STARVATION: Definition = Definition {
         Form {
             name: "minimal",
             shape: &[ratio("length_m", "m", 0.5, 200.0, 6)],
-            amplitudes: &[amplitude("growth", "", Positive, 0.1)],
+            amplitudes: &STARVED,
             columns: |context, shape| starved(context, *shape.first()?, 10.0),
             phase_bound: false,
-            equation: "F = growth·sign(V)·F_law·g; dg = (1 - g)·ds/length while moving, dg = -g·dt/(10 s) at rest",
+            equation: "F = (growth·F_law·sign(V) - thinning·dF_law/dlnν)·g; dg = (1 - g)·ds/length while moving, \
+                       dg = -g·dt/(10 s) at rest: a starved film is as thin as that of a thinner oil",
         },
         Form {
             name: "recovery",
             shape: &[ratio("length_m", "m", 0.5, 200.0, 5), ratio("recovery_s", "s", 1.0, 300.0, 4)],
-            amplitudes: &[amplitude("growth", "", Positive, 0.1), amplitude("thinning", "", Positive, 0.1)],
-            columns: |context, shape| {
-                let dry = dryness(context, *shape.first()?, *shape.get(1)?);
-                let by_oil = context.by_oil_n();
-                shown(vec![
-                    context.against_motion(|n| context.steady.drag_n[n] * dry[n]),
-                    context.rows(|n| -by_oil[n] * dry[n]),
-                ])
-            },
+            amplitudes: &STARVED,
+            columns: |context, shape| starved(context, *shape.first()?, *shape.get(1)?),
             phase_bound: false,
-            equation: "F = (growth·F_law·sign(V) - thinning·dF_law/dlnν)·g, g as minimal with recovery at rest: a starved film is \
-                       as thin as that of a thinner oil",
+            equation: "as minimal, with recovery_s instead of 10 s",
         },
     ],
     axis: "travel",
@@ -203,9 +196,16 @@ pub(super) const STARVATION: Definition = Definition {
     simplicity: 6,
 };
 
+/// Contacts that touch through the film, and the film that is left.
+const STARVED: [Amplitude; 2] = [amplitude("growth", "", Positive, 0.1), amplitude("thinning", "", Positive, 0.1)];
+
 fn starved(context: &Context<'_>, length: f64, recovery: f64) -> Option<Columns> {
     let dry = dryness(context, length, recovery);
-    shown(vec![context.against_motion(|n| context.steady.drag_n[n] * dry[n])])
+    let by_oil = context.by_oil_n();
+    shown(vec![
+        context.against_motion(|n| context.steady.drag_n[n] * dry[n]),
+        context.rows(|n| -by_oil[n] * dry[n]),
+    ])
 }
 
 /// How far the film has been used up, row by row: 0 fresh, 1 dry.
