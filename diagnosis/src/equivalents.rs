@@ -1,8 +1,8 @@
 //! What this recording cannot tell from what was found.
 
-use simulation::mechanism::library;
+use simulation::mechanism::{Id, library};
 
-use crate::bench::{Bench, Beside, Candidate, Member};
+use crate::bench::{Bench, Beside, Candidate, Gain, Member, Source};
 use crate::linear::{Cholesky, Symmetric, dot, products};
 use crate::pool::{Pool, Tolerances};
 use crate::refine::refine;
@@ -20,6 +20,11 @@ const LONGER_FORM: f64 = 0.01;
 
 /// Share of a force that makes no difference between two.
 const SAME: f64 = 1e-4;
+
+/// The same between causes that are late, where they are late by less than a row: they differ in the second order of what
+/// the rows do not resolve, and that is no more than what a filter's second stage changes.
+const TIE_WITHIN_A_ROW: f64 = 9.0;
+const NEAR_WITHIN_A_ROW: f64 = 0.02;
 
 /// A cause with its rivals.
 pub(crate) struct Set {
@@ -44,7 +49,7 @@ pub(crate) fn of(
     members: &[Member],
     at: usize,
 ) -> Set {
-    let Beside { others, fit, own, gain: own_gain } = bench.beside(members, at);
+    let Beside { others, fit, own, gain: own_gain } = &bench.beside(members, at);
     // what a longer form adds may be what the minimal one leaves of its own cause: it tells nothing apart
     let minimal = pool.minimal(bench, &own.source, &fit);
     let minimal = minimal.filter(|(_, minimal)| minimal.nats > (1.0 - LONGER_FORM) * own_gain.nats);
@@ -72,7 +77,12 @@ pub(crate) fn of(
             let (rival, gain) = refine(bench, &pool.causes[index], &fit);
             // that a name has more numbers speaks against it only where they bend
             let is_plain = rival.source.is_minimal() && rival.source.shapes() == 0;
-            let behind = if is_plain { own_nats - gain.nats } else { own_score - gain.score };
+            let is_within_a_row = [(own, own_gain), (&rival, &gain)]
+                .iter()
+                .all(|(late, gain)| late_by_s(late, gain).is_some_and(|late_s| late_s.abs() < bench.step_s));
+            let tie = if is_within_a_row { tie.max(TIE_WITHIN_A_ROW).max(NEAR_WITHIN_A_ROW * own_nats) } else { tie };
+            let behind =
+                if is_plain || is_within_a_row { own_nats - gain.nats } else { own_score - gain.score };
             if behind < tie {
                 candidates.push(rival);
             } else {
@@ -86,6 +96,17 @@ pub(crate) fn of(
         candidates.iter().chain(&minimal).filter(|c| is_constant(bench, c)).cloned().collect();
     candidates.retain(|candidate| !constants.iter().any(|constant| is_with_more(candidate, constant)));
     Set { candidates, confidence: (1.0 / (1.0 + against)).clamp(0.5, 0.99) }
+}
+
+/// By how much a cause makes the force, or its friction, late, s; `None` where it is none of those that do.
+fn late_by_s(candidate: &Candidate, gain: &Gain) -> Option<f64> {
+    let Source::Mechanism { definition, form, shape } = &candidate.source else { return None };
+    if !matches!(definition.id, Id::TimeMisalignment | Id::ForceLowpass | Id::FrictionalLag) {
+        return None;
+    }
+    // either the time itself is the amplitude, or a part of a whole that is late by a time
+    let whole = if definition.forms[*form].shape.is_empty() { 1.0 } else { *shape.first()? };
+    Some(whole * gain.amplitudes.first()?)
 }
 
 /// Whether a cause has one size wherever it acts.
