@@ -20,6 +20,7 @@ use crate::bench::{Bench, Fit, Member, Source};
 use crate::linear::{products, remove};
 use crate::load_law;
 use crate::rows::Gram;
+use crate::search::is_rounding;
 
 /// Why a cause that explains much is not named.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,12 +74,13 @@ fn doubt(bench: &Bench<'_>, fit: &Fit, member: &Member, rest: &[f32], (most, lea
     if let Some(name) = ends.iter().find(|name| is_telling(&member.candidate.source, name)) {
         return Some(Doubt::AtTheEnd(name));
     }
-    if rings(&member.candidate.source) {
+    if rings(&member.candidate.source) || is_rounding(&member.candidate.source) {
         return None;
     }
     let force = own_force(bench, fit, member);
     // the data alone cannot tell the size of a shift that the law's other numbers imitate
-    let is_imitated = matches!(member.candidate.source, Source::Shift { .. }) && products(&[&force], &[&force])[0] < 2.0 * LEAST;
+    let is_imitated =
+        matches!(member.candidate.source, Source::Shift { .. }) && products(&[&force], &[&force])[0] < 2.0 * LEAST;
     if is_imitated {
         return None;
     }

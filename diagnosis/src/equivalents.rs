@@ -81,8 +81,7 @@ pub(crate) fn of(
                 .iter()
                 .all(|(late, gain)| late_by_s(late, gain).is_some_and(|late_s| late_s.abs() < bench.step_s));
             let tie = if is_within_a_row { tie.max(TIE_WITHIN_A_ROW).max(NEAR_WITHIN_A_ROW * own_nats) } else { tie };
-            let behind =
-                if is_plain || is_within_a_row { own_nats - gain.nats } else { own_score - gain.score };
+            let behind = if is_plain || is_within_a_row { own_nats - gain.nats } else { own_score - gain.score };
             if behind < tie {
                 candidates.push(rival);
             } else {

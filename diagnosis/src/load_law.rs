@@ -44,8 +44,12 @@ fn power(bench: &Bench<'_>, fit: &Fit, member: &Member, rest: &[f32]) -> Option<
     if load.len() != force.len() {
         return None;
     }
-    let acting: Vec<f64> =
-        load.iter().zip(&force).filter(|(load, force)| **load > 0.0 && **force != 0.0).map(|(load, _)| load.ln()).collect();
+    let acting: Vec<f64> = load
+        .iter()
+        .zip(&force)
+        .filter(|(load, force)| **load > 0.0 && **force != 0.0)
+        .map(|(load, _)| load.ln())
+        .collect();
     let mean = acting.iter().sum::<f64>() / acting.len() as f64;
     for (force, load) in force.iter_mut().zip(&load) {
         *force *= if *load > 0.0 { load.ln() - mean } else { 0.0 };

@@ -6,7 +6,7 @@
 use crate::bench::{Bench, Candidate, Gain, Member, Source};
 use crate::clock::clocks;
 use crate::pool::{Pool, Tolerances, ranked};
-use crate::search::{is_open, is_relevant, p_of};
+use crate::search::{Floor, is_open, is_relevant, p_of};
 use crate::story::Axis;
 
 /// A curve must lead by this many nats ..
@@ -28,11 +28,11 @@ pub(crate) fn extend(
     pool: &mut Pool,
     tolerances: &Tolerances<'_>,
     members: &mut Vec<Member>,
-    floor_n: f64,
+    floor: Floor,
 ) -> f64 {
     let mut surest = 1.0f64;
     for _ in 0..2 {
-        let Some((better, p)) = best(bench, pool, tolerances, members, floor_n) else { return surest };
+        let Some((better, p)) = best(bench, pool, tolerances, members, floor) else { return surest };
         *members = better;
         surest = surest.min(p);
     }
@@ -44,7 +44,7 @@ fn best(
     pool: &mut Pool,
     tolerances: &Tolerances<'_>,
     members: &[Member],
-    floor_n: f64,
+    floor: Floor,
 ) -> Option<(Vec<Member>, f64)> {
     let law = bench.fit(&bench.law());
     let now = bench.fit_members(members);
@@ -92,7 +92,7 @@ fn best(
     let locks = bench.locks(&candidate, &gain, others);
     let kinds = pool.kinds + pool.stories.len();
     let is_clock = matches!(&candidate.source, Source::Story { curve } if curve.axis == Axis::Clock);
-    let opens = is_relevant(bench, &candidate, &gain, floor_n)
+    let opens = is_relevant(bench, &candidate, &gain, floor)
         && is_open(&locks, kinds, tried)
         && (!is_clock || locks.ln_e > SURE_OF_CLOCK);
     opens.then(|| (with, p_of(&locks, kinds, tried)))

@@ -17,7 +17,7 @@ use crate::rest::{noise_rms, rms, shares, whiteness};
 use crate::rows::Rows;
 use crate::sanity::quantum;
 use crate::saturation::Saturation;
-use crate::search::{self, search};
+use crate::search::{self, Floor, search};
 use crate::side::Side;
 
 /// A cause whose force is smaller than this share of the noise is not worth a mention.
@@ -128,13 +128,15 @@ pub(crate) fn run<'s>(
         };
         let noise = noise_rms(&rows, &saturation.rest(&rows, &side.contexts, &mismatch, &tangent, &[]));
         let rounding_n = step_n.map_or(0.0, |step| step / 12.0f64.sqrt());
-        // what is smaller than the rounding cannot be told from it, nor what derivatives leave of calibration
+        // what derivatives leave of calibration cannot be told from a cause
         let inexact_n = nominal.error_of_derivatives() * calibrated_n(nominal, side, &rows, &mismatch)?;
-        let floor_n = simulation.tolerance.relevance * drag_rms;
-        let floor_n = floor_n.max(FLOOR_OF_NOISE * noise).max(rounding_n).max(inexact_n);
-        let first = search(&mut bench, &mut pool, &tolerances, floor_n);
+        let any_n = (simulation.tolerance.relevance * drag_rms).max(FLOOR_OF_NOISE * noise).max(inexact_n);
+        let is_coarse = rounding_n > COARSE * noise;
+        // a force that stays within one step is off by up to half of it, always to the same side
+        let floor = Floor { any_n, rounding_n: if is_coarse { 3.0f64.sqrt() * rounding_n } else { rounding_n } };
+        let first = search(&mut bench, &mut pool, &tolerances, floor);
         let mut members = first.members;
-        let p_of_curve = open_set::extend(&mut bench, &mut pool, &tolerances, &mut members, floor_n);
+        let p_of_curve = open_set::extend(&mut bench, &mut pool, &tolerances, &mut members, floor);
         let fit = bench.fit_members(&members);
         let mut extra = Vec::new();
         for member in &members {
@@ -162,8 +164,8 @@ pub(crate) fn run<'s>(
         }
         let noise_n = noise_rms(&rows, &left);
         drop_small(&bench, &mut members);
-        let doubts = doubted(&mut bench, &mut pool, &tolerances, &mut members, floor_n);
-        let sets = tell_apart(&mut bench, &mut pool, &tolerances, &mut members, &doubts);
+        let doubts = doubted(&mut bench, &mut pool, &tolerances, &mut members, floor);
+        let sets = tell_apart(&mut bench, &mut pool, &tolerances, &mut members, &doubts, is_coarse);
         let equivalents: Vec<String> =
             sets.iter().flat_map(|set| &set.candidates).map(|candidate| id_of(&candidate.source)).collect();
         let considered = considered::of(&bench, &mut pool, &tolerances, &members, &equivalents);
@@ -184,7 +186,7 @@ pub(crate) fn run<'s>(
             p_no_mismatch,
             noise_n,
             left,
-            coarse_step_n: step_n.filter(|_| rounding_n > COARSE * noise),
+            coarse_step_n: step_n.filter(|_| is_coarse),
         });
     }
     Err("the search did not end".to_owned())
@@ -233,7 +235,7 @@ fn doubted(
     pool: &mut Pool,
     tolerances: &Tolerances<'_>,
     members: &mut Vec<Member>,
-    floor_n: f64,
+    floor: Floor,
 ) -> Vec<Option<Doubt>> {
     let found = doubts(bench, &bench.fit_members(members), members);
     if found.iter().all(Option::is_none) {
@@ -242,7 +244,7 @@ fn doubted(
     let mut with: Vec<Member> =
         members.iter().zip(&found).filter(|(_, doubt)| doubt.is_none()).map(|(member, _)| member.clone()).collect();
     let sure = with.len();
-    let _ = open_set::extend(bench, pool, tolerances, &mut with, floor_n);
+    let _ = open_set::extend(bench, pool, tolerances, &mut with, floor);
     if with.len() > sure && bench.fit_members(&with).rss < bench.fit_members(members).rss {
         *members = with;
         return doubts(bench, &bench.fit_members(members), members);
@@ -250,13 +252,15 @@ fn doubted(
     found
 }
 
-/// The rivals of every member; the simplest of a set leads.
+/// The rivals of every member; the simplest of a set leads. What may be the steps of a channel whose steps are seen is
+/// the steps.
 fn tell_apart(
     bench: &mut Bench<'_>,
     pool: &mut Pool,
     tolerances: &Tolerances<'_>,
     members: &mut [Member],
     doubts: &[Option<Doubt>],
+    is_coarse: bool,
 ) -> Vec<Set> {
     let mut sets = Vec::new();
     for at in 0..members.len() {
@@ -264,7 +268,10 @@ fn tell_apart(
             sets.push(Set::alone(members[at].candidate.clone()));
             continue;
         }
-        let set = equivalents::of(bench, pool, tolerances, members, at);
+        let mut set = equivalents::of(bench, pool, tolerances, members, at);
+        if is_coarse && set.candidates.iter().any(|candidate| search::is_rounding(&candidate.source)) {
+            set.candidates.retain(|candidate| search::is_rounding(&candidate.source));
+        }
         if let Some(lead) = set.candidates.first()
             && !lead.source.is_kin(&members[at].candidate.source)
         {

@@ -47,6 +47,26 @@ const BEYOND_NOISE: f64 = 120.0;
 /// Causes that are refined in every step.
 const SHORT_LIST: usize = 4;
 
+/// RMS force below which a cause is not worth a mention, N.
+#[derive(Clone, Copy)]
+pub(crate) struct Floor {
+    /// Of any cause.
+    pub(crate) any_n: f64,
+    /// Of all but the rounding itself: what is smaller cannot be told from it.
+    pub(crate) rounding_n: f64,
+}
+
+impl Floor {
+    fn of(&self, source: &Source) -> f64 {
+        if is_rounding(source) { self.any_n } else { self.any_n.max(self.rounding_n) }
+    }
+}
+
+/// Whether a cause is the steps of the force channel.
+pub(crate) fn is_rounding(source: &Source) -> bool {
+    matches!(source, Source::Mechanism { definition, .. } if definition.id == Id::ForceQuantisation)
+}
+
 /// What the search found.
 pub(crate) struct Found {
     pub(crate) members: Vec<Member>,
@@ -68,8 +88,8 @@ pub(crate) fn p_of(locks: &Locks, kinds: usize, points: usize) -> f64 {
     if locks.ln_e - points.ln() > BEYOND_NOISE { by_e } else { by_e.max((locks.p * kinds).min(1.0)) }
 }
 
-/// Runs the search. `floor_n`: RMS force below which a cause is not worth a mention.
-pub(crate) fn search(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>, floor_n: f64) -> Found {
+/// Runs the search.
+pub(crate) fn search(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>, floor: Floor) -> Found {
     let mut members: Vec<Member> = Vec::new();
     let p_no_mismatch = omnibus(bench, pool, tolerances);
     // taking up and dropping may go round in circles
@@ -81,7 +101,7 @@ pub(crate) fn search(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolera
         let short = short_list(bench, pool, &fit, tolerances, &members);
         let Some(chosen) = short
             .into_iter()
-            .find(|(candidate, gain)| gain.score > 0.0 && holds(bench, pool, candidate, gain, &members, floor_n))
+            .find(|(candidate, gain)| gain.score > 0.0 && holds(bench, pool, candidate, gain, &members, floor))
         else {
             break;
         };
@@ -95,7 +115,7 @@ pub(crate) fn search(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolera
     }
     polish(bench, &mut members);
     simplify(bench, pool, tolerances, &mut members);
-    prune(bench, pool, &mut members, floor_n);
+    prune(bench, pool, &mut members, floor);
     Found { members, p_no_mismatch }
 }
 
@@ -103,7 +123,7 @@ pub(crate) fn search(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolera
 ///
 /// The evidence for a shift is what its tolerance would have to be stretched by. The data alone, which the locks ask,
 /// cannot tell a parameter that is free from one that is not.
-fn holds(bench: &Bench<'_>, pool: &Pool, candidate: &Candidate, gain: &Gain, members: &[Member], floor_n: f64) -> bool {
+fn holds(bench: &Bench<'_>, pool: &Pool, candidate: &Candidate, gain: &Gain, members: &[Member], floor: Floor) -> bool {
     let law = bench.fit(&bench.law());
     let named = 0.5 * (law.rss - bench.fit_members(members).rss);
     if gain.nats < FURTHER_IF_EVEN * (named + gain.nats) {
@@ -112,17 +132,17 @@ fn holds(bench: &Bench<'_>, pool: &Pool, candidate: &Candidate, gain: &Gain, mem
     if matches!(candidate.source, Source::Shift { .. }) {
         return gain.score > (pool.kinds as f64).ln();
     }
-    is_relevant(bench, candidate, gain, floor_n)
+    is_relevant(bench, candidate, gain, floor)
         && is_open(&bench.locks(candidate, gain, members), pool.kinds, pool.points_of(&candidate.source))
 }
 
 /// Drops, the weakest first, members that do not hold beside the others.
-fn prune(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>, floor_n: f64) {
+fn prune(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>, floor: Floor) {
     loop {
         let failing = (0..members.len())
             .filter_map(|at| {
                 let Beside { others, fit, own, gain } = bench.beside(members, at);
-                let fails = !holds(bench, pool, &own, &gain, &others, floor_n)
+                let fails = !holds(bench, pool, &own, &gain, &others, floor)
                     || (is_small(bench, &gain, &fit) && !adequacy::is_even(bench, members, at));
                 fails.then_some((at, gain.nats))
             })
@@ -327,9 +347,9 @@ pub(crate) fn polish(bench: &mut Bench<'_>, members: &mut [Member]) {
     }
 }
 
-/// Whether the force of a cause exceeds the floor.
-pub(crate) fn is_relevant(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, floor_n: f64) -> bool {
-    size_n(bench, &candidate.source, &gain.amplitudes) > floor_n
+/// Whether the force of a cause exceeds its floor.
+pub(crate) fn is_relevant(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, floor: Floor) -> bool {
+    size_n(bench, &candidate.source, &gain.amplitudes) > floor.of(&candidate.source)
 }
 
 /// RMS of a cause's force, N.

@@ -202,10 +202,7 @@ const STARVED: [Amplitude; 2] = [amplitude("growth", "", Positive, 0.1), amplitu
 fn starved(context: &Context<'_>, length: f64, recovery: f64) -> Option<Columns> {
     let dry = dryness(context, length, recovery);
     let by_oil = context.by_oil_n();
-    shown(vec![
-        context.against_motion(|n| context.steady.drag_n[n] * dry[n]),
-        context.rows(|n| -by_oil[n] * dry[n]),
-    ])
+    shown(vec![context.against_motion(|n| context.steady.drag_n[n] * dry[n]), context.rows(|n| -by_oil[n] * dry[n])])
 }
 
 /// How far the film has been used up, row by row: 0 fresh, 1 dry.
