@@ -2,6 +2,7 @@
 from pathlib import Path
 import numpy as np
 from . import force_effects, friction_effects, noise, preload_effects, sensor_effects, unknown_effects, writer
+from .alike import standing
 from .ballguide import BallGuide
 from .damage import DAMAGES
 from .effect import Effect
@@ -27,11 +28,11 @@ UNDECIDABLE = (
     ("load-crosstalk", {"preload": (4000, 4000)}, ["force-offset", "gravity-tilt"], "second-preload"),
     ("force-offset", {"one_way": "one-way", "preload": (3000, 3000), "warming": 0.4}, ["gravity-tilt", "seal-drag", "hysteresis-and-slip"], "turn-block"),
     ("seal-drag", {"one_way": "one-way", "preload": (3000, 3000), "warming": 0.4}, ["gravity-tilt", "force-offset", "hysteresis-and-slip"], "turn-block"),
-    ("force-lowpass", {"one_way": "one-way-modulated", "preload": (3000, 3000), "speed": (0.02, 0.04)}, ["frictional-lag"], "two-frequencies"),
-    ("frictional-lag", {"one_way": "one-way-modulated", "preload": (3000, 3000), "speed": (0.02, 0.04)}, ["force-lowpass"], "two-frequencies"),
+    ("force-lowpass", {"one_way": "one-way-modulated", "preload": (3000, 3000), "speed": (0.02, 0.04), "mass": 0.0}, ["frictional-lag"], "two-frequencies"),
+    ("frictional-lag", {"one_way": "one-way-modulated", "preload": (3000, 3000), "speed": (0.02, 0.04), "mass": 0.0}, ["force-lowpass"], "two-frequencies"),
     ("direction-asymmetry", {"preload": (3000, 3000), "speed": (0.0017, 0.004), "warming": 0.4, "no_micro": True}, ["force-offset", "gravity-tilt"], "turn-block"),
-    ("load-crosstalk", {"one_way": "one-way"}, ["seal-drag", "hysteresis-and-slip"], "turn-block"),
-    ("force-gain", {}, ["parameter-shift"], "known-mass"),
+    ("load-crosstalk", {"one_way": "one-way", "preload": (4000, 4000), "warming": 0.4}, ["force-offset", "gravity-tilt", "seal-drag", "hysteresis-and-slip"], "turn-block"),
+    ("force-gain", {"mass": 0.0}, ["parameter-shift"], "known-mass"),
 )
 
 
@@ -139,8 +140,15 @@ def build(seed, kind, out, effect=None, strength=3.0, law="white", short=False, 
         report.append({"id": e.id, "strength_asked_pct": pct, "strength_alone_pct": reached, "parameters": e.describe(k), "reached": bool(abs(reached / pct - 1) < 0.02),
                        "equivalents": sorted(set(plan["equivalents"]) | set(e.equivalents)), "near": list(e.near),
                        "also_allowed": ["load-crosstalk"] if d["preload"][0] == d["preload"][1] and {"force-offset", "gravity-tilt"} & ({e.id} | set(plan["equivalents"])) else [], "absorbed_share_by_gains": share, "ideal_z": z, "where": where(c, e, rest)})
-        if kind == "undecidable" and share > 0.9:
-            report[-1]["also_allowed"] += [i for i in ("parameter-shift", "force-gain") if i not in report[-1]["equivalents"] and i != e.id]
+        if kind == "undecidable":
+            stands = standing(seed, c, w, d, list(PHYSICS.values()) + list(SENSORS.values()), diff, _sigma(c, c.rec(true_force(c, w, [])), level), 0.95 if law == "ar" else 0.0, tolerance)
+            if share > 0.9:  # constants of the law swallow it, and so does a gain of the channel
+                stands |= {"parameter-shift", "force-gain"}
+            if d.get("one_way") and "force-gain" in stands:  # in one direction a gain is all that an asymmetry is
+                stands.add("direction-asymmetry")
+            # a filter and a lag share a time constant, which a second draw does not hit; a friction never pushes
+            must = [i for i in report[-1]["equivalents"] if i in stands or i in ("frictional-lag", "force-lowpass")]
+            report[-1] |= {"equivalents": must, "also_allowed": sorted((stands | set(report[-1]["also_allowed"])) - set(must) - {e.id})}
     clean_force = c.rec(true_force(c, w, []))
     moving = np.abs(c.rec(c.v)) > RATE_MOVING
     base = float(np.sqrt(np.mean(clean_force[moving] ** 2)))

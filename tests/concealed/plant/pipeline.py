@@ -132,7 +132,7 @@ def solve(c, w, e, percent):
     return k, s, d, base
 
 
-def _tangents(c, w):
+def tangents(c, w):
     """Columns d force / d ln(gain) of the gains that the tolerance speaks of, over the moving samples, and their names."""
     base, cols = c.rec(true_force(c, w, [])), []
     names = ("preload", "friction", "viscosity") if w.law == "guide" else ("coulomb", "viscous", "mass")
@@ -147,6 +147,16 @@ def _tangents(c, w):
     return names, cols
 
 
+def whitened(c, sigma, rho):
+    """What takes the known noise out of a column at the recorded samples; those at rest count for nothing."""
+    m = np.abs(c.rec(c.v)) > RATE_MOVING
+
+    def white(a):
+        b = np.where(m, a, 0.0) / sigma[:, None]
+        return (b[:, 1:] - rho * b[:, :-1]).ravel() / np.sqrt(1 - rho * rho)
+    return white
+
+
 def absorbed(c, w, d, sigma, rho, tolerance):
     """What calibration swallows of a difference d.
 
@@ -156,14 +166,11 @@ def absorbed(c, w, d, sigma, rho, tolerance):
     score of about 4 nothing can be seen.
     """
     m = np.abs(c.rec(c.v)) > RATE_MOVING
-    names, cols = _tangents(c, w)
+    names, cols = tangents(c, w)
     x, y = np.stack([q[m] for q in cols], 1), d[m]
     fit = x @ np.linalg.lstsq(x, y, rcond=None)[0]
     share = float(1 - np.sum((y - fit) ** 2) / max(np.sum(y**2), 1e-30))
-
-    def white(a):
-        b = np.where(m, a, 0.0) / sigma[:, None]
-        return (b[:, 1:] - rho * b[:, :-1]).ravel() / np.sqrt(1 - rho * rho)
+    white = whitened(c, sigma, rho)
     x, y = np.stack([white(q) for q in cols], 1), white(d)
     tol = [max(tolerance.get(n, tolerance.get("friction", 0.03)), 1e-6) for n in names] + [1e3] * (x.shape[1] - len(names))
     prior = np.diag(1 / np.array(tol) ** 2)

@@ -2,7 +2,8 @@
 //!
 //! An entry of the diagnosis is right where the true id, or one that the answer allows instead, is among the entry's id
 //! and its equivalents; every entry must stand for an effect of its own. Anything else that is named is a wrong name.
-//! A set with a member that the answer does not allow, or larger than three, is padded and not right. An effect that nobody
+//! A set with a member that the answer does not allow, or larger than three, is padded and not right; where nobody can
+//! decide, it may hold all that an ideal analyser leaves standing. An effect that nobody
 //! names is a miss, unless it was too weak for the ideal analyser too (`ideal_z` below [`VISIBLE`]). A crash, a time-out
 //! and a diagnosis that cannot be read are wrong answers.
 
@@ -131,7 +132,7 @@ pub fn outcome(truth: &Truth, diagnosis: Option<&Diagnosis>) -> Outcome {
         (true, false) => Outcome::Unnamed,
         (true, true) if visible.is_empty() => Outcome::RightlySilent,
         (true, true) => Outcome::Missed,
-        _ if named.iter().any(|entry| entry.is_padded(&truth.effects)) => Outcome::Padded,
+        _ if named.iter().any(|entry| entry.is_padded(&truth.effects, truth.kind == "undecidable")) => Outcome::Padded,
         _ if matched(&named, &visible) == visible.len() && visible.iter().all(|effect| is_complete(effect)) => {
             Outcome::Right
         }
@@ -208,6 +209,9 @@ mod tests {
         let pair = truth("pair", vec![effect("seal-drag", 50.0), effect("run-in", 50.0)]);
         let mut wide = truth("undecidable", vec![effect("seal-drag", 50.0)]);
         wide.effects[0].equivalents = ["gravity-tilt", "force-offset", "hysteresis-and-slip"].map(String::from).into();
+        let mut open = truth("undecidable", vec![effect("seal-drag", 50.0)]);
+        open.effects[0].equivalents = vec!["gravity-tilt".into()];
+        open.effects[0].also_allowed = ["run-in", "starvation", "inertia"].map(String::from).into();
         for (truth, answer, expected) in [
             (&offset, said("ambiguous", &[&["force-offset", "gravity-tilt"]]), Outcome::Right),
             (&offset, said("ambiguous", &[&["load-crosstalk", "force-offset", "gravity-tilt"]]), Outcome::Right),
@@ -222,6 +226,8 @@ mod tests {
                 Outcome::Right,
             ),
             (&wide, said("ambiguous", &[&["seal-drag", "gravity-tilt", "inertia"]]), Outcome::Padded),
+            (&open, said("ambiguous", &[&["seal-drag", "gravity-tilt", "run-in", "starvation"]]), Outcome::Right),
+            (&open, said("ambiguous", &[&["seal-drag", "run-in", "starvation"]]), Outcome::Partly),
         ] {
             assert_eq!(outcome(truth, answer.as_ref()), expected, "{truth:?} {answer:?}");
         }
