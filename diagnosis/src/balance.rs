@@ -7,7 +7,7 @@ use simulation::run::Run;
 use crate::bench::Source;
 use crate::events::Spots;
 use crate::open_set;
-use crate::passes::Found;
+use crate::passes::{Found, LEAST_SHARE};
 use crate::rest::power;
 use crate::ringing::Heard;
 use crate::sanity::quantum;
@@ -97,7 +97,7 @@ impl Balance {
             p_steady: if is_unsteady { unsteady.p } else { 1.0 },
             rounding: rounding.map(share),
             clipped: clipped.map(share),
-            spots: spots.map(share),
+            spots: spots.map(share).filter(|share| *share > LEAST_SHARE),
             speed: speed.map(share),
             heard: heard.map(share),
         };

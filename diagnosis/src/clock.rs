@@ -10,6 +10,7 @@ use simulation::mechanism::Context;
 use simulation::run::{Part, Run};
 
 use crate::bench::{Bench, Candidate, Fit, Source};
+use crate::peaks::peaks;
 use crate::story::{Carrier, Curve};
 
 /// Shortest period, s.
@@ -72,14 +73,9 @@ pub(crate) fn clocks(bench: &Bench<'_>, fit: &Fit) -> (Vec<Candidate>, usize) {
             if response > 0.0 && own > 0.0 { sums[k].norm_sqr() / (0.5 * own * response) } else { 0.0 }
         };
         let together: Vec<f64> = (first..last).map(|k| (1..=ORDERS).map(|order| gain(order * k)).sum()).collect();
-        let mut peaks: Vec<usize> = Vec::new();
-        for _ in 0..PEAKS {
-            let apart = |k: usize| peaks.iter().all(|peak| k.abs_diff(*peak) > 2 * PADDED as usize);
-            let best = (0..together.len()).filter(|k| apart(*k)).max_by(|a, b| together[*a].total_cmp(&together[*b]));
-            peaks.extend(best.filter(|k| together[*k] > LEAST_GAIN));
-        }
+        let highest = peaks(&together, PEAKS, 2 * PADDED as usize, LEAST_GAIN);
         found.extend(
-            peaks.into_iter().filter_map(|k| refined(bench, fit, (first + k) as f64 / padded_s, span, carrier)),
+            highest.into_iter().filter_map(|k| refined(bench, fit, (first + k) as f64 / padded_s, span, carrier)),
         );
     }
     (found, CARRIERS.len() * (last - first) / PADDED as usize)

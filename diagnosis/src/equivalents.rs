@@ -51,7 +51,7 @@ pub(crate) fn of(
 ) -> Set {
     let Beside { others, fit, own, gain: own_gain } = &bench.beside(members, at);
     // what a longer form adds may be what the minimal one leaves of its own cause: it tells nothing apart
-    let minimal = pool.minimal(bench, &own.source, &fit);
+    let minimal = pool.minimal(bench, &own.source, fit);
     let minimal = minimal.filter(|(_, minimal)| minimal.nats > (1.0 - LONGER_FORM) * own_gain.nats);
     let own_score = minimal.as_ref().map_or(own_gain.score, |(_, minimal)| minimal.score.min(own_gain.score));
     let own_nats = minimal.as_ref().map_or(own_gain.nats, |(_, minimal)| minimal.nats.min(own_gain.nats));
@@ -62,7 +62,7 @@ pub(crate) fn of(
     if !own.source.is_story() {
         let far = (6.0 * tie).max(0.2 * own_gain.nats);
         let rivals: Vec<usize> = pool
-            .ranked_causes(bench, &fit, tolerances)
+            .ranked_causes(bench, fit, tolerances)
             .into_iter()
             .filter(|(index, gain)| {
                 let source = &pool.causes[*index].source;
@@ -74,7 +74,7 @@ pub(crate) fn of(
             .map(|(index, _)| index)
             .collect();
         for index in rivals {
-            let (rival, gain) = refine(bench, &pool.causes[index], &fit);
+            let (rival, gain) = refine(bench, &pool.causes[index], fit);
             // that a name has more numbers speaks against it only where they bend
             let is_plain = rival.source.is_minimal() && rival.source.shapes() == 0;
             let is_within_a_row = [(own, own_gain), (&rival, &gain)]

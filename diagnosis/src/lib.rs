@@ -12,12 +12,14 @@
 //! noise        what makes the noise white; rows: the one linear operation on every column
 //! bench        the mismatch and all that may explain it, whitened; every fit is algebra on inner products
 //! locks        is an effect real? two tests that must agree
+//! ringing      a structure that rings, taken for noise; spectra: what stands out at every speed
+//! pool         all that may act; refine: its shapes; spectrum: wavelengths; peaks: the highest of them
 //! search       which named causes act; story: curves without a name; open_set: what has no name here
 //! clock        what repeats in time; adequacy: is what explains much what acts? load_law: does it feel the load as it must?
 //! passes       the search, and again around where it has led; rest: what is left
 //! equivalents  what this recording cannot tell apart; experiment: the next run that would, by simulation
 //! proof        rows set aside; scores: the three stages there, and what each cause does
-//! answer       what is said: finding, region
+//! balance      who has which share of the mismatch; answer: what is said; finding, region
 //! export       the simulation file that knows what was found
 //! report       the public schema
 //! ```
@@ -49,6 +51,7 @@ mod noise;
 mod nominal;
 mod open_set;
 mod passes;
+mod peaks;
 mod pool;
 mod proof;
 mod pulses;
@@ -65,6 +68,7 @@ mod saturation;
 mod scores;
 mod search;
 mod side;
+mod spectra;
 mod spectrum;
 mod speed;
 mod story;

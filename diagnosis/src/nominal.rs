@@ -136,7 +136,6 @@ impl Nominal {
                 nominal.simulation.axis.moved_mass_kg.get_or_insert(0.0);
             }
             Law::Column => {
-                // its inertia is in the column
                 add(Which::ColumnFriction, "friction", "", Some(tolerance.friction));
                 add(Which::ColumnPreload, "preload", "", Some(tolerance.preload));
                 add(Which::ColumnViscosity, "viscosity", "", Some(tolerance.viscosity));

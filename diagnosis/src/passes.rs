@@ -31,7 +31,7 @@ const COLOURED: f64 = 0.1;
 
 /// Share of what all causes explain together, in square, below which one is not named: four of five such names were
 /// false on the development sets.
-const LEAST_SHARE: f64 = 0.002;
+pub(crate) const LEAST_SHARE: f64 = 0.002;
 
 /// Rounding, of the noise (in which it is), from which it is a fault of the channel; a channel that noise carries over
 /// its steps has none.

@@ -16,6 +16,7 @@ use rustfft::num_complex::Complex;
 use simulation::mechanism::{Definition, Form, Search};
 
 use crate::bench::{Bench, Fit, Source};
+use crate::peaks::peaks;
 
 /// Most places that rows are gathered in; a million would tell waves of micrometres along a metre.
 const MOST_BINS: usize = 1 << 18;
@@ -100,13 +101,8 @@ impl Left {
                 *gain += if *size > 0.0 { sum.norm_sqr() / size } else { 0.0 };
             }
         }
-        let mut peaks: Vec<usize> = Vec::new();
-        for _ in 0..PEAKS {
-            let apart = |k: usize| peaks.iter().all(|peak| k.abs_diff(*peak) > 2 * PADDED as usize);
-            let best = (0..gains.len()).filter(|k| apart(*k)).max_by(|a, b| gains[*a].total_cmp(&gains[*b]));
-            peaks.extend(best.filter(|k| gains[*k] > LEAST_GAIN));
-        }
-        peaks.into_iter().map(|k| waves.length(waves.first + k)).collect()
+        let found = peaks(&gains, PEAKS, 2 * PADDED as usize, LEAST_GAIN);
+        found.into_iter().map(|k| waves.length(waves.first + k)).collect()
     }
 
     /// Transform of the rest times the carrier over the place.

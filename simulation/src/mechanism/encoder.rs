@@ -3,7 +3,7 @@
 use super::context::Context;
 use super::definition::{Columns, Definition, Form, Kind};
 use super::id::Id;
-use super::{Free, Positive, amplitude, part, ratio, shown, wave, whole};
+use super::{Free, Positive, amplitude, ratio, shown, wave, whole};
 
 /// S8: inside the gap nothing is transmitted.
 pub(super) const COUPLING_BACKLASH: Definition = Definition {
@@ -70,7 +70,7 @@ pub(super) const SPEED_NOISE: Definition = Definition {
         Form {
             name: "path",
             shape: &[],
-            amplitudes: &[part("part", 1.0), amplitude("mass_kg", "kg", Positive, 10.0)],
+            amplitudes: &[whole("part", 0.6), amplitude("mass_kg", "kg", Positive, 10.0)],
             columns: |context, _| {
                 let (at_path, force) = (context.at_path_speed_n.as_ref()?, &context.steady.force_n);
                 let (path, own) = (context.path_acceleration_m_s2.as_ref()?, &context.motion.acceleration_m_s2);
