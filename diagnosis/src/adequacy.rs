@@ -154,15 +154,15 @@ fn rings(source: &Source) -> bool {
 }
 
 /// Whether the end of a number alone is enough to doubt: friction of seals and churned grease that grows faster than any
-/// seal or grease does, a structure that is too damped to ring, a chain that takes more than its own radius to bend, a rail
-/// whose one wave is longer than most rails, a film that starves within a stroke or recovers at once or never.
+/// seal or grease does, a structure that is too damped to ring, a chain that takes more than its own radius to bend, a film
+/// that starves within a stroke or recovers at once or never.
 fn is_telling(source: &Source, name: &str) -> bool {
     let Source::Mechanism { definition, form, shape } = source else { return false };
     let parameters = definition.forms[*form].shape.iter().zip(shape);
     let is_upper = parameters.filter(|(what, _)| what.name == name).any(|(what, value)| *value > 0.5 * what.to);
     match (definition.id, name) {
         (Id::ViscousDrag, "exponent") | (Id::StructuralResonance, "damping") => is_upper,
-        (Id::CableChain, "length_m") | (Id::RailStraightness, "wavelength_m") => is_upper,
+        (Id::CableChain, "length_m") => is_upper,
         (Id::Starvation, "length_m") => !is_upper,
         (Id::Starvation, "recovery_s") => true,
         _ => false,

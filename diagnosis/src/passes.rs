@@ -218,8 +218,8 @@ fn drop_small(bench: &Bench<'_>, members: &mut Vec<Member>) {
             members.iter().zip(&amplitudes).map(|(member, x)| bench.force(&member.candidate.source, x)).collect();
         let shares = shares(&bench.rows, &bench.tangent, &forces, 1.0);
         let least = |at: usize| {
-            let Beside { fit, gain, .. } = bench.beside(members, at);
-            if search::is_small(bench, &gain, &fit) { LEAST_SHARE_OF_SMALL } else { LEAST_SHARE }
+            let Beside { others, own, gain, .. } = bench.beside(members, at);
+            if search::is_small(bench, &own, &gain, &others) { LEAST_SHARE_OF_SMALL } else { LEAST_SHARE }
         };
         let smallest = (0..members.len()).min_by(|a, b| shares[*a].total_cmp(&shares[*b]));
         match smallest.filter(|at| shares[*at] < least(*at)) {

@@ -165,7 +165,7 @@ fn is_clock(source: &Source) -> bool {
     matches!(source, Source::Story { curve } if curve.axis == Axis::Clock)
 }
 
-fn is_phase_bound(source: &Source) -> bool {
+pub(crate) fn is_phase_bound(source: &Source) -> bool {
     match source {
         Source::Mechanism { definition, form, .. } => definition.forms[*form].phase_bound,
         Source::Story { curve } => curve.axis == Axis::Position,

@@ -5,7 +5,7 @@
 //! take a richer form: most spurious second names are the first one's missing shape. After it, each one may be
 //! exchanged for a better one or dropped.
 
-use simulation::mechanism::Id;
+use simulation::mechanism::{Id, Kind};
 
 use crate::adequacy;
 use crate::bench::{Bench, Beside, Candidate, Fit, Gain, Member, Source, without};
@@ -13,6 +13,7 @@ use crate::locks::Locks;
 use crate::pool::{Pool, Tolerances, ranked};
 use crate::refine::refine;
 use crate::rest::power;
+use crate::scores::is_phase_bound;
 use crate::spectrum::is_wave;
 
 /// Most causes that act together.
@@ -124,9 +125,7 @@ pub(crate) fn search(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolera
 /// The evidence for a shift is what its tolerance would have to be stretched by. The data alone, which the locks ask,
 /// cannot tell a parameter that is free from one that is not.
 fn holds(bench: &Bench<'_>, pool: &Pool, candidate: &Candidate, gain: &Gain, members: &[Member], floor: Floor) -> bool {
-    let law = bench.fit(&bench.law());
-    let named = 0.5 * (law.rss - bench.fit_members(members).rss);
-    if gain.nats < FURTHER_IF_EVEN * (named + gain.nats) {
+    if gain.nats < FURTHER_IF_EVEN * (imitable(bench, candidate, members) + gain.nats) {
         return false;
     }
     if matches!(candidate.source, Source::Shift { .. }) {
@@ -141,9 +140,9 @@ fn prune(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>, floor: Floor
     loop {
         let failing = (0..members.len())
             .filter_map(|at| {
-                let Beside { others, fit, own, gain } = bench.beside(members, at);
+                let Beside { others, own, gain, .. } = bench.beside(members, at);
                 let fails = !holds(bench, pool, &own, &gain, &others, floor)
-                    || (is_small(bench, &gain, &fit) && !adequacy::is_even(bench, members, at));
+                    || (is_small(bench, &own, &gain, &others) && !adequacy::is_even(bench, members, at));
                 fails.then_some((at, gain.nats))
             })
             .min_by(|a, b| a.1.total_cmp(&b.1));
@@ -152,10 +151,25 @@ fn prune(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>, floor: Floor
     }
 }
 
-/// Whether what a cause adds to a fit is no more than what a form may leave of the others.
-pub(crate) fn is_small(bench: &Bench<'_>, gain: &Gain, beside: &Fit) -> bool {
-    let law = bench.fit(&bench.law());
-    gain.nats < FURTHER * (0.5 * (law.rss - beside.rss) + gain.nats)
+/// Whether what a cause adds to a fit is no more than what the forms of others may leave of them.
+pub(crate) fn is_small(bench: &Bench<'_>, own: &Candidate, gain: &Gain, others: &[Member]) -> bool {
+    gain.nats < FURTHER * (imitable(bench, own, others) + gain.nats)
+}
+
+/// Evidence of members whose remains a candidate could follow, nats: what a wave leaves of itself is tied to the rail, and
+/// follows nothing else.
+fn imitable(bench: &Bench<'_>, candidate: &Candidate, members: &[Member]) -> f64 {
+    let waves: Vec<Member> = if is_phase_bound(&candidate.source) {
+        Vec::new()
+    } else {
+        members.iter().filter(|member| is_periodic(&member.candidate.source)).cloned().collect()
+    };
+    0.5 * (bench.fit_members(&waves).rss - bench.fit_members(members).rss)
+}
+
+fn is_periodic(source: &Source) -> bool {
+    matches!(source, Source::Mechanism { definition, form, .. }
+        if definition.kind == Kind::Physics && is_wave(&definition.forms[*form]))
 }
 
 /// p-value of "nothing is missing": both tests, over every cause and every curve.
