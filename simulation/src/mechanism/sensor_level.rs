@@ -127,24 +127,26 @@ pub(super) const LOAD_CROSSTALK: Definition = Definition {
             name: "minimal",
             shape: &[],
             amplitudes: &[amplitude("force_per_load", "", Free, 1e-3)],
-            columns: |context, _| {
-                let external =
-                    filled(context.run.external_load_n.as_ref()).filter(|load| load.iter().any(|w| *w != 0.0));
-                let load = external.or_else(|| filled(Some(&context.steady.preload_n)))?;
-                shown(vec![load])
-            },
+            columns: |context, _| shown(vec![outer_load(context).or_else(|| preload(context))?]),
             phase_bound: false,
             equation: "F = force_per_load·W, W the external load, or the preload where there is none",
+        },
+        Form {
+            name: "preload",
+            shape: &[],
+            amplitudes: &[amplitude("force_per_preload", "", Free, 1e-3)],
+            columns: |context, _| {
+                outer_load(context)?;
+                shown(vec![preload(context)?])
+            },
+            phase_bound: false,
+            equation: "F = force_per_preload·F_p, beside an external load",
         },
         Form {
             name: "both",
             shape: &[],
             amplitudes: &[amplitude("force_per_load", "", Free, 1e-3), amplitude("force_per_preload", "", Free, 1e-3)],
-            columns: |context, _| {
-                let load = filled(context.run.external_load_n.as_ref())?;
-                let preload = filled(context.run.preload_n.as_ref())?;
-                shown(vec![load, preload])
-            },
+            columns: |context, _| shown(vec![outer_load(context)?, preload(context)?]),
             phase_bound: false,
             equation: "F = force_per_load·W + force_per_preload·F_p",
         },
@@ -157,6 +159,16 @@ pub(super) const LOAD_CROSSTALK: Definition = Definition {
     next_experiment: "second-preload",
     simplicity: 3,
 };
+
+/// The external load, where there is one.
+fn outer_load(context: &Context<'_>) -> Option<Vec<f64>> {
+    filled(context.run.external_load_n.as_ref()).filter(|load| load.iter().any(|w| *w != 0.0))
+}
+
+/// The preload, recorded or by the law.
+fn preload(context: &Context<'_>) -> Option<Vec<f64>> {
+    filled(context.run.preload_n.as_ref()).or_else(|| filled(Some(&context.steady.preload_n)))
+}
 
 /// S6: the channel counts in steps.
 pub(super) const FORCE_QUANTISATION: Definition = Definition {
