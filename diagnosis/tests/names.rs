@@ -1,0 +1,127 @@
+//! What a name has to stand up to, and what hides one.
+#![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
+use diagnosis::report::{Diagnosis, Verdict};
+use diagnosis::{Options, diagnose};
+use simulation::Simulation;
+use simulation::mechanism::{Added, Id};
+use simulation::profile::{Conditions, Course, Order, Staircase};
+use simulation::run::Run;
+use simulation::sensor::Noise;
+
+const GUIDE: &str = "schema = \"guideblock.simulation/1\"\n[guide]\nparameters = \"zhou-2023\"\n[lubricant]\n\
+                     viscosity_cst = 100.0\n[operation]\npreload_n = 3000.0\n";
+
+/// White noise of the force, N.
+const NOISE_N: f64 = 0.2;
+
+fn simulation() -> Simulation {
+    Simulation::from_toml(GUIDE).expect("a sound file")
+}
+
+/// Strokes at the speeds, at 200 Hz and one preload, with a rest before each.
+fn strokes(speeds_m_s: &[f64], length_m: f64, pause_s: f64, preload_n: f64) -> Course {
+    let at = Conditions { preload_n: Some(preload_n), temperature_degc: Some(40.0), external_load_n: None };
+    let staircase = Staircase {
+        speeds_m_s: speeds_m_s.to_vec(),
+        length_m,
+        hold_s: 0.0,
+        pause_s,
+        strokes: 3,
+        order: Order::Both,
+        ..Staircase::default()
+    };
+    staircase.course(200.0, &at).unwrap()
+}
+
+/// The force of the law with the causes and noise, and beside it, against the motion, what `brake` says of speed and
+/// preload, N.
+fn recorded(course: Course, causes: &[Added], brake: impl Fn(f64, f64) -> f64, seed: u64) -> Run {
+    let mut simulation = simulation();
+    simulation.mechanisms = causes.to_vec();
+    let force = simulation.force(&course.run, &course.motion).unwrap();
+    let preload = course.run.preload_n.clone().expect("it was set");
+    let mut noise = Noise::new(seed, 0);
+    let with_brake = |(n, force): (usize, &f64)| {
+        let v = course.motion.velocity_m_s[n];
+        let braked = if v == 0.0 { 0.0 } else { v.signum() * brake(v.abs(), preload[n]) };
+        force + braked + NOISE_N * noise.gaussian()
+    };
+    let drag_force_n = force.iter().enumerate().map(with_brake).collect();
+    Run { drag_force_n, ..course.run }
+}
+
+fn nothing(_: f64, _: f64) -> f64 {
+    0.0
+}
+
+fn added(id: Id, form: usize, shape: &[f64], amplitudes: &[f64]) -> Added {
+    Added { id, form, shape: shape.to_vec(), amplitudes: amplitudes.to_vec() }
+}
+
+fn diagnosis(runs: &[Run]) -> Diagnosis {
+    diagnose(runs, &[], &simulation(), &Options::default()).diagnosis
+}
+
+/// Every finding with what cannot be told from it, the largest first.
+fn sets(diagnosis: &Diagnosis) -> Vec<Vec<&str>> {
+    let of = diagnosis.mechanisms.iter();
+    of.map(|found| std::iter::once(&found.id).chain(&found.equivalents).map(String::as_str).collect()).collect()
+}
+
+#[test]
+fn a_drag_that_falls_with_the_load_is_neither_a_seal_s_nor_grease_s() {
+    let at_three_preloads = |power: f64| {
+        let runs = [1500.0, 3000.0, 6000.0].map(|preload_n| {
+            let course = strokes(&[0.01, 0.03, 0.1, 0.3], 0.2, 0.2, preload_n);
+            recorded(course, &[], |v, p| 0.8 * (v / 0.1).powf(0.9) * (p / 3000.0).powf(power), preload_n as u64)
+        });
+        diagnosis(&runs)
+    };
+    assert_eq!(sets(&at_three_preloads(0.0)), [["viscous-drag"]]);
+    let windage = at_three_preloads(-0.5);
+    assert!(windage.mechanisms.iter().all(|found| found.id == "unknown"), "{:?}", sets(&windage));
+    assert_eq!(windage.verdict, Verdict::Unexplained);
+}
+
+#[test]
+fn a_film_that_starves_is_named_where_it_drags_less() {
+    let course = strokes(&[0.05, 0.1, 0.3, 0.6], 0.5, 3.0, 3000.0);
+    let starved = added(Id::Starvation, 1, &[4.0, 8.0], &[0.05, 0.6]);
+    let found = diagnosis(&[recorded(course, &[starved], nothing, 5)]);
+    assert_eq!(sets(&found)[0][0], "starvation", "{:?}", sets(&found));
+}
+
+#[test]
+fn within_a_row_a_delay_and_a_filter_are_left_open_and_over_ten_they_are_not() {
+    let filtered = |time_s: f64| {
+        let course = strokes(&[0.01, 0.03, 0.1, 0.3], 0.1, 0.2, 3000.0);
+        recorded(course, &[added(Id::ForceLowpass, 0, &[time_s], &[1.0])], nothing, 3)
+    };
+    let within = diagnosis(&[filtered(0.002)]);
+    let [set] = sets(&within).try_into().unwrap_or_else(|sets| panic!("{sets:?}"));
+    assert!(set.contains(&"force-lowpass") && set.contains(&"time-misalignment"), "{set:?}");
+    assert_eq!(sets(&diagnosis(&[filtered(0.05)])), [["force-lowpass"]]);
+}
+
+#[test]
+fn steps_of_the_channel_are_not_taken_for_friction() {
+    // levels of force that fall differently between the steps
+    let runs = [900.0, 2000.0].map(|preload_n| {
+        let speeds = [0.01, 0.016, 0.025, 0.04, 0.063, 0.1, 0.16];
+        let run = recorded(strokes(&speeds, 0.1, 0.2, preload_n), &[], nothing, preload_n as u64);
+        let drag_force_n = run.drag_force_n.iter().map(|force| (force / 1.2).round() * 1.2).collect();
+        Run { drag_force_n, ..run }
+    });
+    assert_eq!(sets(&diagnosis(&runs)), [["force-quantisation"]]);
+}
+
+#[test]
+fn heat_is_heard_beside_a_ripple_of_many_times_its_evidence() {
+    let course = strokes(&[0.05, 0.1, 0.3, 0.6], 0.5, 3.0, 3000.0);
+    let ripple = added(Id::DriveRipple, 0, &[0.02], &[3.0, 2.0]);
+    let heat = added(Id::SelfHeating, 0, &[60.0], &[-0.03]);
+    let found = diagnosis(&[recorded(course, &[ripple, heat], nothing, 9)]);
+    let ids: Vec<&str> = sets(&found).iter().map(|set| set[0]).collect();
+    assert!(ids.contains(&"drive-ripple") && ids.contains(&"self-heating"), "{:?}", sets(&found));
+}
