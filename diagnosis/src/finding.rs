@@ -10,6 +10,7 @@ use crate::open_set;
 use crate::passes::Found;
 use crate::report::{Estimate, Finding};
 use crate::ringing::Heard;
+use crate::search::is_rounding;
 
 /// An unknown that no curve follows.
 pub(crate) fn comes_and_goes(share: f64) -> Finding {
@@ -40,20 +41,24 @@ fn shown(id: Id, number: (&str, f64, &str), share: f64) -> Finding {
         confidence: 0.95,
         equivalents: Vec::new(),
         carried_over: None,
-        parameters: vec![Estimate {
-            name: name.to_owned(),
-            value,
-            ci95: [1.0 - READ, 1.0 + READ].map(|of| of * value),
-            unit: unit.to_owned(),
-        }],
+        parameters: vec![read(name, value, unit)],
         share_of_mismatch: share,
         statement: definition(id).statement.to_owned(),
     }
 }
 
+/// A number that is read off a channel.
+fn read(name: &str, value: f64, unit: &str) -> Estimate {
+    let ci95 = [1.0 - READ, 1.0 + READ].map(|of| of * value);
+    Estimate { name: name.to_owned(), value, ci95, unit: unit.to_owned() }
+}
+
+/// Name of the step of a force channel.
+const STEP: &str = "step_n";
+
 /// A force channel that counts in steps as coarse as the noise.
 pub(crate) fn quantisation(step_n: f64, share: f64) -> Finding {
-    shown(Id::ForceQuantisation, ("step_n", step_n, "N"), share)
+    shown(Id::ForceQuantisation, (STEP, step_n, "N"), share)
 }
 
 /// A force channel that ends before the force does.
@@ -170,6 +175,9 @@ pub(crate) fn finding(
         }
     }
     let mut parameters = Vec::new();
+    if is_rounding(source) {
+        parameters.extend(found.coarse_step_n.map(|step_n| read(STEP, step_n, "N")));
+    }
     let estimate = |name: String, value: f64, sigma: f64, unit: &str| Estimate {
         name,
         value,

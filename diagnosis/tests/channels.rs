@@ -95,7 +95,9 @@ fn a_step_is_named_where_it_is_coarser_than_the_noise_and_not_where_noise_carrie
     };
     let coarse = counted(1.5);
     assert_eq!(ids(&coarse), ["force-quantisation"]);
-    assert!((number(&coarse) / 1.5 - 1.0).abs() < 1e-6);
+    let step = &coarse.mechanisms[0].parameters[0];
+    assert_eq!(step.name, "step_n");
+    assert!((step.value / 1.5 - 1.0).abs() < 1e-6 && step.ci95[0] < 1.5 && 1.5 < step.ci95[1], "{step:?}");
     assert!((shared_out(&coarse) - 1.0).abs() < 1e-9, "{}", shared_out(&coarse));
     assert_eq!(ids(&counted(0.2)), [""; 0]);
 }

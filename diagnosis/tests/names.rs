@@ -87,7 +87,7 @@ fn a_drag_that_falls_with_the_load_is_neither_a_seal_s_nor_grease_s() {
 #[test]
 fn a_film_that_starves_is_named_where_it_drags_less() {
     let course = strokes(&[0.05, 0.1, 0.3, 0.6], 0.5, 3.0, 3000.0);
-    let starved = added(Id::Starvation, 1, &[4.0, 8.0], &[0.05, 0.6]);
+    let starved = added(Id::Starvation, 1, &[4.0, 8.0], &[0.0, 0.5]);
     let found = diagnosis(&[recorded(course, &[starved], nothing, 5)]);
     assert_eq!(sets(&found)[0][0], "starvation", "{:?}", sets(&found));
 }

@@ -188,7 +188,8 @@ pub(super) const STARVATION: Definition = Definition {
         },
     ],
     axis: "travel",
-    statement: "the contacts use up the oil in front of them: friction grows while the block runs and recovers in a rest",
+    statement: "the contacts use up the oil in front of them: the film thins while the block runs and recovers in a rest, \
+                which drags more where contacts touch and less where the film is sheared",
     falsifier: "after a rest, a long stroke or fresh grease the friction stays where it was",
     confused_with: "self-heating, which lowers the viscosity: a temperature sensor; run-in, which does not come back after \
                     a rest",
