@@ -41,7 +41,7 @@ const UNEVEN: f64 = 0.2;
 const UNEVEN_BESIDE: f64 = 0.1;
 
 /// What sizes of their own must explain at least, nats: less is coloured noise that was not quite whitened ..
-const LEAST: f64 = 50.0;
+const LEAST: f64 = 30.0;
 
 /// .. and as a share of what all causes explain: less is what the form of a larger one leaves.
 const LEAST_SHARE: f64 = 0.04;
