@@ -5,7 +5,7 @@
 //! take a richer form: most spurious second names are the first one's missing shape. After it, each one may be
 //! exchanged for a better one or dropped.
 
-use simulation::mechanism::{Id, Kind};
+use simulation::mechanism::{Id, Kind, definition};
 
 use crate::adequacy;
 use crate::bench::{Bench, Beside, Candidate, Fit, Gain, Member, Source, without};
@@ -116,6 +116,7 @@ pub(crate) fn search(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolera
     }
     polish(bench, &mut members);
     simplify(bench, pool, tolerances, &mut members);
+    straighten(bench, &mut members);
     prune(bench, pool, &mut members, floor);
     Found { members, p_no_mismatch }
 }
@@ -333,6 +334,27 @@ fn simplify(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>,
         if let Some((candidate, _)) = best {
             members[at] = bench.take(candidate);
         }
+    }
+}
+
+/// Replaces a cable chain that hardly changes along the rail by what is left of it then: a friction and a constant force.
+fn straighten(bench: &mut Bench<'_>, members: &mut Vec<Member>) {
+    let of = |id: Id| Source::Mechanism { definition: definition(id), form: 0, shape: Vec::new() };
+    let chain = |member: &Member| matches!(&member.candidate.source, Source::Mechanism { definition, .. } if definition.id == Id::CableChain);
+    let Some(at) = members.iter().position(chain) else { return };
+    let Beside { others, fit, gain, .. } = bench.beside(members, at);
+    let parts = [of(Id::SealDrag), of(Id::ForceOffset)];
+    if parts.iter().any(|part| others.iter().any(|other| other.candidate.source.is_kin(part))) {
+        return;
+    }
+    let mut without = others;
+    for candidate in bench.candidates(parts) {
+        without.push(bench.take(candidate));
+    }
+    let nats = 0.5 * (fit.rss - bench.fit_members(&without).rss);
+    if nats > (1.0 - FURTHER) * gain.nats {
+        *members = without;
+        drop_idle(bench, members);
     }
 }
 

@@ -125,3 +125,15 @@ fn heat_is_heard_beside_a_ripple_of_many_times_its_evidence() {
     let ids: Vec<&str> = sets(&found).iter().map(|set| set[0]).collect();
     assert!(ids.contains(&"drive-ripple") && ids.contains(&"self-heating"), "{:?}", sets(&found));
 }
+
+#[test]
+fn a_seal_beside_an_offset_is_no_cable_chain() {
+    let course = strokes(&[0.01, 0.03, 0.1, 0.3], 0.3, 0.2, 3000.0);
+    let seal = added(Id::SealDrag, 0, &[], &[1.0]);
+    let offset = added(Id::ForceOffset, 0, &[], &[0.8]);
+    // as much of a slope as a transducer's own warmth makes
+    let warm = added(Id::CableChain, 0, &[], &[0.0, 0.25, 0.0]);
+    let found = diagnosis(&[recorded(course, &[seal, offset, warm], nothing, 4)]);
+    let leading: Vec<&str> = sets(&found).iter().map(|set| set[0]).collect();
+    assert!(!leading.contains(&"cable-chain") && leading.contains(&"force-offset"), "{:?}", sets(&found));
+}
