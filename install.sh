@@ -4,6 +4,13 @@
 say() { printf '\033[1m==>\033[0m %s\n' "$*" >&2; }
 fail() { printf 'error: %s\n' "$*" >&2; exit 1; }
 
+# Room for what is built, GB: a full disk fails late, and in the name of whatever was writing.
+need_disk() {
+  local free
+  free=$(df -Pk . | awk 'NR == 2 { print int($4 / 1048576) }')
+  [ "$free" -ge "$1" ] || fail "$1 GB of free disk are needed here and $free are left; free some and run again"
+}
+
 # Packages of the distribution, by name; only Debian and its relatives are known here.
 need_packages() {
   local missing=() package

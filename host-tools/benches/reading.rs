@@ -1,4 +1,4 @@
-//! Reading an hour of samples at 1 kHz, as CSV and as Parquet, beside what pandas takes for the same files.
+//! Reading an hour of samples at 1 kHz, as CSV and as Parquet, beside what pandas takes for the same files; and writing one.
 //!
 //! ```sh
 //! cargo bench --profile desk -p host-tools --bench reading
@@ -104,6 +104,25 @@ fn estimate() {
     }
 }
 
+/// `guideblock simulate` over an hour at 1 kHz: a driven profile with noise, and the force along its motion.
+fn simulate() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("simulated");
+    fs::create_dir_all(&folder).expect("writable");
+    let law = "schema = \"guideblock.simulation/1\"\n[guide]\nparameters = \"zhou-2023\"\n[lubricant]\nviscosity_cst = 100.0\n\
+               [operation]\npreload_n = 3000.0\n";
+    fs::write(folder.join("sim.toml"), law).expect("writable");
+    let driven = "--profile warmup --rate 1000 --run 3599 --stop 0 --resume 0 --noise-n 0.1 --out driven.csv";
+    for (what, arguments) in [("driven", driven), ("along a recording", "driven.csv --out along.csv")] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_guideblock"));
+        command.current_dir(&folder).args(["simulate", "--simulation", "sim.toml"]).args(arguments.split(' '));
+        let start = Instant::now();
+        let output = command.output().expect("runs");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        println!("guideblock simulate, {what}, whole process: {:.1} s", start.elapsed().as_secs_f64());
+    }
+    fs::remove_dir_all(&folder).expect("it was made here");
+}
+
 fn pandas() {
     let python = std::env::var("PYTHON").unwrap_or_else(|_| "python3".to_owned());
     let script = "
@@ -148,6 +167,7 @@ fn main() {
             print!("{ending}, {} MB, read once: {}", bytes / 1_000_000, String::from_utf8_lossy(&output.stdout));
         }
         estimate();
+        simulate();
         pandas();
     }
 }
