@@ -20,7 +20,6 @@ use crate::bench::{Bench, Fit, Member, Source};
 use crate::linear::{products, remove};
 use crate::load_law;
 use crate::rows::Gram;
-use crate::search::is_rounding;
 
 /// Why a cause that explains much is not named.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,7 +73,8 @@ fn doubt(bench: &Bench<'_>, fit: &Fit, member: &Member, rest: &[f32], (most, lea
     if let Some(name) = ends.iter().find(|name| is_telling(&member.candidate.source, name)) {
         return Some(Doubt::AtTheEnd(name));
     }
-    if rings(&member.candidate.source) || is_rounding(&member.candidate.source) {
+    // what a structure is struck with, rolling among it, is not the same throughout, nor where a force lies between two steps
+    if [Id::StructuralResonance, Id::ForceQuantisation].iter().any(|id| member.candidate.source.is(*id)) {
         return None;
     }
     let force = own_force(bench, fit, member);
@@ -146,11 +146,6 @@ fn numbers_at_their_end(source: &Source) -> Vec<&'static str> {
         .filter(|(parameter, value)| !(END..=1.0 - END).contains(&parameter.share_of(**value)))
         .map(|(parameter, _)| parameter.name)
         .collect()
-}
-
-/// Whether a cause rings: what it is struck with, rolling among it, is not the same throughout.
-fn rings(source: &Source) -> bool {
-    matches!(source, Source::Mechanism { definition, .. } if definition.id == Id::StructuralResonance)
 }
 
 /// Whether the end of a number alone is enough to doubt: friction of seals and churned grease that grows faster than any

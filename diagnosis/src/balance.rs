@@ -4,7 +4,6 @@ use simulation::Simulation;
 use simulation::mechanism::Id;
 use simulation::run::Run;
 
-use crate::bench::Source;
 use crate::events::Spots;
 use crate::open_set;
 use crate::passes::{Found, LEAST_SHARE};
@@ -58,9 +57,8 @@ impl Balance {
     ) -> Self {
         let rows = &found.bench.rows;
         let is_known = |id: Id| {
-            let is_it = |source: &Source| matches!(source, Source::Mechanism { definition, .. } if definition.id == id);
             simulation.mechanisms.iter().any(|added| added.id == id)
-                || found.members.iter().any(|member| is_it(&member.candidate.source))
+                || found.members.iter().any(|member| member.candidate.source.is(id))
         };
         let (before, after) = (power(rows, &proof.own.calibrated), power(rows, &proof.own.after));
         let noise = found.noise_n * found.noise_n;

@@ -4,7 +4,7 @@
 //! A column is made once, whitened once and kept. Cross products are made when a fit first needs them. The base holds
 //! the mismatch (column 0), the tangent of the law and the columns of whatever has been taken up.
 
-use simulation::mechanism::{Added, Context, Definition, Sign};
+use simulation::mechanism::{Added, Context, Definition, Id, Sign};
 
 use crate::linear::{Cholesky, Symmetric, dot, products};
 use crate::locks::{Locks, locks};
@@ -41,6 +41,11 @@ impl Source {
             (Source::Story { curve: a }, Source::Story { curve: b }) => a.axis == b.axis && a.carrier == b.carrier,
             _ => false,
         }
+    }
+
+    /// Whether it is a form of this mechanism.
+    pub(crate) fn is(&self, id: Id) -> bool {
+        matches!(self, Source::Mechanism { definition, .. } if definition.id == id)
     }
 
     pub(crate) fn is_story(&self) -> bool {

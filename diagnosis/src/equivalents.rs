@@ -14,17 +14,17 @@ const TIE: f64 = 3.0;
 /// A rival that explains this share of the evidence differs by less than what two writings of one cause differ by.
 pub(crate) const NEAR: f64 = 0.004;
 
+/// [`TIE`] and [`NEAR`] between causes that are late by less than a row: they differ in the second order of what the rows
+/// do not resolve, and that is no more than what a filter's second stage changes.
+const TIE_WITHIN_A_ROW: f64 = 9.0;
+const NEAR_WITHIN_A_ROW: f64 = 0.02;
+
 /// Share of the evidence that a longer form adds to its own cause and that tells nothing apart: half of what a form may
 /// leave at all.
 const LONGER_FORM: f64 = 0.01;
 
 /// Share of a force that makes no difference between two.
 const SAME: f64 = 1e-4;
-
-/// The same between causes that are late, where they are late by less than a row: they differ in the second order of what
-/// the rows do not resolve, and that is no more than what a filter's second stage changes.
-const TIE_WITHIN_A_ROW: f64 = 9.0;
-const NEAR_WITHIN_A_ROW: f64 = 0.02;
 
 /// A cause with its rivals.
 pub(crate) struct Set {

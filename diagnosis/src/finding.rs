@@ -10,7 +10,6 @@ use crate::open_set;
 use crate::passes::Found;
 use crate::report::{Estimate, Finding};
 use crate::ringing::Heard;
-use crate::search::is_rounding;
 
 /// An unknown that no curve follows.
 pub(crate) fn comes_and_goes(share: f64) -> Finding {
@@ -175,7 +174,7 @@ pub(crate) fn finding(
         }
     }
     let mut parameters = Vec::new();
-    if is_rounding(source) {
+    if source.is(Id::ForceQuantisation) {
         parameters.extend(found.coarse_step_n.map(|step_n| read(STEP, step_n, "N")));
     }
     let estimate = |name: String, value: f64, sigma: f64, unit: &str| Estimate {

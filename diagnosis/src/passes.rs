@@ -2,6 +2,7 @@
 
 use simulation::Simulation;
 use simulation::file::PositionReference;
+use simulation::mechanism::Id;
 
 use crate::adequacy::{Doubt, doubts};
 use crate::bench::{Bench, Beside, Fit, Member, Source};
@@ -269,8 +270,8 @@ fn tell_apart(
             continue;
         }
         let mut set = equivalents::of(bench, pool, tolerances, members, at);
-        if is_coarse && set.candidates.iter().any(|candidate| search::is_rounding(&candidate.source)) {
-            set.candidates.retain(|candidate| search::is_rounding(&candidate.source));
+        if is_coarse && set.candidates.iter().any(|candidate| candidate.source.is(Id::ForceQuantisation)) {
+            set.candidates.retain(|candidate| candidate.source.is(Id::ForceQuantisation));
         }
         if let Some(lead) = set.candidates.first()
             && !lead.source.is_kin(&members[at].candidate.source)

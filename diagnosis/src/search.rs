@@ -59,13 +59,8 @@ pub(crate) struct Floor {
 
 impl Floor {
     fn of(&self, source: &Source) -> f64 {
-        if is_rounding(source) { self.any_n } else { self.any_n.max(self.rounding_n) }
+        if source.is(Id::ForceQuantisation) { self.any_n } else { self.any_n.max(self.rounding_n) }
     }
-}
-
-/// Whether a cause is the steps of the force channel.
-pub(crate) fn is_rounding(source: &Source) -> bool {
-    matches!(source, Source::Mechanism { definition, .. } if definition.id == Id::ForceQuantisation)
 }
 
 /// What the search found.
@@ -340,8 +335,7 @@ fn simplify(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>,
 /// Replaces a cable chain that hardly changes along the rail by what is left of it then: a friction and a constant force.
 fn straighten(bench: &mut Bench<'_>, members: &mut Vec<Member>) {
     let of = |id: Id| Source::Mechanism { definition: definition(id), form: 0, shape: Vec::new() };
-    let chain = |member: &Member| matches!(&member.candidate.source, Source::Mechanism { definition, .. } if definition.id == Id::CableChain);
-    let Some(at) = members.iter().position(chain) else { return };
+    let Some(at) = members.iter().position(|member| member.candidate.source.is(Id::CableChain)) else { return };
     let Beside { others, fit, gain, .. } = bench.beside(members, at);
     let parts = [of(Id::SealDrag), of(Id::ForceOffset)];
     if parts.iter().any(|part| others.iter().any(|other| other.candidate.source.is_kin(part))) {
