@@ -4,7 +4,7 @@
 //! A column is made once, whitened once and kept. Cross products are made when a fit first needs them. The base holds
 //! the mismatch (column 0), the tangent of the law and the columns of whatever has been taken up.
 
-use simulation::mechanism::{Added, Context, Definition, Id, Sign};
+use simulation::mechanism::{Added, Context, Definition, Id, Search, Sign};
 
 use crate::linear::{Cholesky, Symmetric, dot, products};
 use crate::locks::{Locks, locks};
@@ -171,6 +171,9 @@ pub(crate) struct Bench<'a> {
     pub(crate) is_relative: bool,
     /// Time between two rows, s.
     pub(crate) step_s: f64,
+    /// Stroke and travel of the longest run, m.
+    stroke_m: f64,
+    travel_m: f64,
 }
 
 impl<'a> Bench<'a> {
@@ -194,6 +197,8 @@ impl<'a> Bench<'a> {
             largest: f64::INFINITY,
             is_relative: false,
             step_s: contexts.iter().map(|c| c.run.step_s()).find(|step| *step > 0.0).unwrap_or(1.0),
+            stroke_m: contexts.iter().map(|c| stroke_m(&c.motion.position_m)).fold(0.0, f64::max),
+            travel_m: contexts.iter().filter_map(|c| c.travel_m.last().copied()).fold(0.0, f64::max),
         };
         let raw: Vec<&[f64]> = std::iter::once(mismatch).chain(tangent.iter().map(Vec::as_slice)).collect();
         bench.push(bench.rows.white_all(&raw));
@@ -314,7 +319,17 @@ impl<'a> Bench<'a> {
         weighted(&self.raw(source).unwrap_or_default(), amplitudes)
     }
 
-    /// Whitens a source.
+    /// Whether every length of a source is one that the runs show at least half of.
+    fn is_told(&self, source: &Source) -> bool {
+        let Source::Mechanism { definition, form, shape } = source else { return true };
+        definition.forms[*form].shape.iter().zip(shape).all(|(parameter, value)| match parameter.search {
+            Search::AlongStroke => *value <= 2.0 * self.stroke_m,
+            Search::AlongTravel => *value <= 2.0 * self.travel_m,
+            _ => true,
+        })
+    }
+
+    /// Whitens a source; `None` where no run shows it.
     pub(crate) fn candidate(&self, source: Source) -> Option<Candidate> {
         self.candidates([source]).pop()
     }
@@ -323,7 +338,7 @@ impl<'a> Bench<'a> {
     pub(crate) fn candidates(&self, sources: impl IntoIterator<Item = Source>) -> Vec<Candidate> {
         let mut candidates = Vec::new();
         let mut waiting: Vec<(Source, Vec<Vec<f64>>)> = Vec::new();
-        for source in sources {
+        for source in sources.into_iter().filter(|source| self.is_told(source)) {
             if let Source::Shift { parameter } = source {
                 candidates.extend(self.of_white(source, vec![self.base[parameter + 1].clone()]));
                 continue;
@@ -471,6 +486,12 @@ impl<'a> Bench<'a> {
 /// All members but one.
 pub(crate) fn without(members: &[Member], at: usize) -> Vec<Member> {
     members.iter().enumerate().filter(|(k, _)| *k != at).map(|(_, member)| member.clone()).collect()
+}
+
+/// Distance between the ends of some positions, m; 0 without any.
+fn stroke_m(position_m: &[f64]) -> f64 {
+    let finite = || position_m.iter().copied().filter(|x| x.is_finite());
+    (finite().fold(f64::NEG_INFINITY, f64::max) - finite().fold(f64::INFINITY, f64::min)).max(0.0)
 }
 
 /// Columns of a mechanism or a curve over the rows of these runs, laid end to end.

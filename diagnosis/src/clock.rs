@@ -34,6 +34,11 @@ const MOST_BINS: usize = 1 << 20;
 /// Peaks that are pointed out for every carrier.
 const PEAKS: usize = 2;
 
+/// Clocks whose frequency is refined, and what they must explain for that, nats: a third of what a curve with so many
+/// knots costs.
+const REFINED: usize = 2;
+const WORTH_REFINING: f64 = 25.0;
+
 /// Squared rise that a peak must promise to be pointed out: far less than what a curve costs, more than noise shows.
 const LEAST_GAIN: f64 = 40.0;
 
@@ -58,7 +63,8 @@ pub(crate) fn clocks(bench: &Bench<'_>, fit: &Fit) -> (Vec<Candidate>, usize) {
     if !(longest_s > SHORTEST_S) {
         return (Vec::new(), 1);
     }
-    let mut found: Vec<Candidate> = Vec::new();
+    let transform = FftPlanner::new().plan_fft_forward(bins);
+    let mut found: Vec<Clock> = Vec::new();
     for carrier in CARRIERS {
         let of_run = |context: &Context<'_>| (0..context.run.len()).map(|n| carrier.of(context, n)).collect::<Vec<_>>();
         let weight: Vec<f64> = bench.contexts.iter().flat_map(of_run).collect();
@@ -66,7 +72,7 @@ pub(crate) fn clocks(bench: &Bench<'_>, fit: &Fit) -> (Vec<Candidate>, usize) {
         for (row, t) in times().enumerate().filter(|(row, t)| power[*row] > 0.0 && t.is_finite()) {
             sums[(((t - start) * PER_S) as usize).min(bins - 1)].re += rest[row] * weight[row];
         }
-        FftPlanner::new().plan_fft_forward(bins).process(&mut sums);
+        transform.process(&mut sums);
         let own: f64 = weight.iter().zip(&power).map(|(weight, power)| weight * weight * power).sum();
         let gain = |k: usize| {
             let response = bench.rows.response(k as f64 / padded_s * bench.step_s);
@@ -74,11 +80,15 @@ pub(crate) fn clocks(bench: &Bench<'_>, fit: &Fit) -> (Vec<Candidate>, usize) {
         };
         let together: Vec<f64> = (first..last).map(|k| (1..=ORDERS).map(|order| gain(order * k)).sum()).collect();
         let highest = peaks(&together, PEAKS, 2 * PADDED as usize, LEAST_GAIN);
-        found.extend(
-            highest.into_iter().filter_map(|k| refined(bench, fit, (first + k) as f64 / padded_s, span, carrier)),
-        );
+        let near = |k: usize| Clock::at(bench, fit, (first + k) as f64 / padded_s, carrier);
+        found.extend(highest.into_iter().filter_map(near));
     }
-    (found, CARRIERS.len() * (last - first) / PADDED as usize)
+    found.sort_by(|a, b| b.nats.total_cmp(&a.nats));
+    for clock in found.iter_mut().take(REFINED).filter(|clock| clock.nats > WORTH_REFINING) {
+        clock.refine(bench, fit, span);
+    }
+    let clocks = found.into_iter().map(|clock| clock.candidate).collect();
+    (clocks, CARRIERS.len() * (last - first) / PADDED as usize)
 }
 
 /// Length of the longest part of a run without a break, s.
@@ -90,26 +100,35 @@ fn longest_part_s(bench: &Bench<'_>) -> f64 {
     parts.fold(0.0, f64::max)
 }
 
-/// The clock whose frequency near this one, Hz, explains most.
-fn refined(bench: &Bench<'_>, fit: &Fit, near_hz: f64, span_s: f64, carrier: Carrier) -> Option<Candidate> {
-    let at = |hz: f64| {
+/// A clock and what it explains beyond a fit.
+struct Clock {
+    hz: f64,
+    carrier: Carrier,
+    candidate: Candidate,
+    nats: f64,
+}
+
+impl Clock {
+    fn at(bench: &Bench<'_>, fit: &Fit, hz: f64, carrier: Carrier) -> Option<Self> {
         let mut candidate = bench.candidate(Source::Story { curve: Curve::clock(1.0 / hz, carrier) })?;
         bench.prepare(&mut candidate, &fit.active);
         let nats = bench.gain(&candidate, fit).nats;
-        Some((hz, nats, candidate))
-    };
-    let mut best = at(near_hz)?;
-    let mut step = 0.25 / span_s;
-    for _ in 0..4 {
-        for side in [-1.0, 1.0] {
-            if let Some(other) = at(best.0 + side * step)
-                && other.1 > best.1
-            {
-                best = other;
-                break;
-            }
-        }
-        step *= 0.5;
+        Some(Clock { hz, carrier, candidate, nats })
     }
-    Some(best.2)
+
+    /// Moves to the frequency near it that explains most: edges ask for it more finely than the spectrum tells it.
+    fn refine(&mut self, bench: &Bench<'_>, fit: &Fit, span_s: f64) {
+        let mut step = 0.25 / span_s;
+        for _ in 0..4 {
+            for side in [-1.0, 1.0] {
+                if let Some(other) = Clock::at(bench, fit, self.hz + side * step, self.carrier)
+                    && other.nats > self.nats
+                {
+                    *self = other;
+                    break;
+                }
+            }
+            step *= 0.5;
+        }
+    }
 }

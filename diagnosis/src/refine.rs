@@ -45,7 +45,7 @@ pub(crate) fn refine(bench: &Bench<'_>, candidate: &Candidate, fit: &Fit) -> (Ca
 }
 
 fn is_searched(parameter: &ShapeParameter) -> bool {
-    matches!(parameter.search, Search::Grid | Search::Wave)
+    !matches!(parameter.search, Search::StrokeStart | Search::StrokeEnd)
 }
 
 /// First step of a refinement, as a share of the range: half a step of the grid; for a wave what turns its phase by an

@@ -11,8 +11,10 @@
 //! transform once rows are gathered by their place: one transform tells every wavelength. It is a first look; what it
 //! points to is then fitted as every other cause.
 
-use rustfft::FftPlanner;
+use std::sync::Arc;
+
 use rustfft::num_complex::Complex;
+use rustfft::{Fft, FftPlanner};
 use simulation::mechanism::{Definition, Form, Search};
 
 use crate::bench::{Bench, Fit, Source};
@@ -114,7 +116,7 @@ impl Left {
             let bin = ((x - self.ends_m.0) * per_m) as usize;
             sums[bin.min(waves.bins - 1)].re += self.rest[row] * carrier.column[row];
         }
-        FftPlanner::new().plan_fft_forward(waves.bins).process(&mut sums);
+        waves.transform.process(&mut sums);
         sums
     }
 }
@@ -126,6 +128,8 @@ const LEAST_GAIN: f64 = 16.0;
 pub(crate) struct Waves {
     carriers: Vec<Carrier>,
     bins: usize,
+    /// Over that many places.
+    transform: Arc<dyn Fft<f64>>,
     /// Length that the transform is taken over, m.
     padded_m: f64,
     /// Waves along that length, the least and one beyond the most.
@@ -148,9 +152,20 @@ impl Waves {
     pub(crate) fn of(bench: &Bench<'_>, left: &Left, definition: &'static Definition, form: usize) -> Self {
         let shape = &definition.forms[form].shape[0];
         let span = left.ends_m.1 - left.ends_m.0;
-        let range_m = (shape.from, shape.to);
-        let mut waves = Waves { carriers: Vec::new(), bins: 0, padded_m: PADDED * span, first: 0, last: 0, range_m };
+        let places = if span > 2.0 * shape.from { PER_WAVE * PADDED * span / shape.from } else { 1.0 };
+        let bins = (places.clamp(64.0, MOST_BINS as f64) as usize).next_power_of_two();
+        let padded_m = PADDED * span;
+        let mut waves = Waves {
+            carriers: Vec::new(),
+            bins,
+            transform: FftPlanner::new().plan_fft_forward(bins),
+            padded_m,
+            first: ((padded_m / shape.to).ceil() as usize).max(1),
+            last: ((padded_m / shape.from) as usize).min(bins * 4 / 10) + 1,
+            range_m: (shape.from, shape.to),
+        };
         if !(span > 2.0 * shape.from) {
+            waves.last = waves.first;
             return waves;
         }
         // a wave without end: its cosine is the carrier
@@ -160,10 +175,6 @@ impl Waves {
             bench.raw(&endless).unwrap_or_default().into_iter().skip(1).step_by(2).collect();
         columns.dedup();
         columns.retain(|carrier| carrier.iter().any(|x| *x != 0.0));
-        let bins = (PER_WAVE * PADDED * span / shape.from).clamp(64.0, MOST_BINS as f64) as usize;
-        waves.bins = bins.next_power_of_two();
-        waves.first = ((waves.padded_m / shape.to).ceil() as usize).max(1);
-        waves.last = ((waves.padded_m / shape.from) as usize).min(waves.bins * 4 / 10) + 1;
         waves.carriers = columns
             .into_iter()
             .map(|column| {

@@ -78,15 +78,15 @@ fn moved(source: &Source) -> Vec<Source> {
         let steps = (parameter.grid.max(2) - 1) as f64;
         let values = match parameter.search {
             Search::Wave => [shape[k], shape[k] * (1.0 + OF_WAVE)],
-            Search::Grid if parameter.log => {
+            Search::StrokeStart | Search::StrokeEnd => continue,
+            _ if parameter.log => {
                 let ratio = libm::pow(parameter.to / parameter.from, 1.0 / steps);
                 [shape[k] / ratio, shape[k] * ratio]
             }
-            Search::Grid => {
+            _ => {
                 let step = (parameter.to - parameter.from) / steps;
                 [shape[k] - step, shape[k] + step]
             }
-            Search::StrokeStart | Search::StrokeEnd => continue,
         };
         for value in values.map(|value| value.clamp(parameter.from, parameter.to)) {
             if (value - shape[k]).abs() > 1e-6 * shape[k].abs() {

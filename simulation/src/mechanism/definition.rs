@@ -69,6 +69,10 @@ pub struct Amplitude {
 pub enum Search {
     /// On a grid of equal steps or ratios first, then around the best of it.
     Grid,
+    /// The same up to twice the recorded stroke: a longer wave is a slope.
+    AlongStroke,
+    /// The same up to twice the recorded travel: a longer decay is a constant, and a seal's friction its simpler name.
+    AlongTravel,
     /// The length of a wave along the rail: far more values differ than a grid could hold, and a spectrum over the
     /// position tells all of them at once.
     Wave,

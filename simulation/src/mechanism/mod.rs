@@ -75,6 +75,16 @@ const fn ratio(name: &'static str, unit: &'static str, from: f64, to: f64, grid:
     ShapeParameter { name, unit, from, to, log: true, grid, search: Search::Grid }
 }
 
+/// A length of the rail that a stroke must show half of.
+const fn along_stroke(name: &'static str, from: f64, to: f64, grid: usize) -> ShapeParameter {
+    ShapeParameter { name, unit: "m", from, to, log: true, grid, search: Search::AlongStroke }
+}
+
+/// A distance run that a recording must show half of.
+const fn along_travel(name: &'static str, from: f64, to: f64, grid: usize) -> ShapeParameter {
+    ShapeParameter { name, unit: "m", from, to, log: true, grid, search: Search::AlongTravel }
+}
+
 /// The length of a wave along the rail, m, found by spectrum.
 const fn wave(name: &'static str, from: f64, to: f64) -> ShapeParameter {
     ShapeParameter { name, unit: "m", from, to, log: true, grid: 60, search: Search::Wave }

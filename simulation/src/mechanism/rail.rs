@@ -6,7 +6,7 @@ use super::context::Context;
 use super::definition::{Columns, Definition, Form, Kind, ShapeParameter};
 use super::id::Id;
 use super::table::{FINE, entries, over_stroke};
-use super::{Free, Positive, STROKE, amplitude, ratio, shown, steps, wave};
+use super::{Free, Positive, STROKE, along_stroke, amplitude, ratio, shown, steps, wave};
 
 /// Half the loaded length of an SHS35 between two places that are tried.
 const PLACE: ShapeParameter = steps("place_m", "m", -1.5, 3.0, 91);
@@ -18,7 +18,7 @@ pub(super) const RAIL_STRAIGHTNESS: Definition = Definition {
     forms: &[
         Form {
             name: "minimal",
-            shape: &[ratio("wavelength_m", "m", 0.15, 4.0, 12)],
+            shape: &[along_stroke("wavelength_m", 0.15, 4.0, 12)],
             amplitudes: &[amplitude("sine", "", Free, 0.05), amplitude("cosine", "", Free, 0.05)],
             columns: |context, shape| waves(context, *shape.first()?, 1),
             phase_bound: true,
@@ -27,7 +27,7 @@ pub(super) const RAIL_STRAIGHTNESS: Definition = Definition {
         Form {
             name: "three-orders",
             // orders of a wave much longer than the stroke cancel within it and run away beyond
-            shape: &[ratio("wavelength_m", "m", 0.2, 1.5, 10)],
+            shape: &[along_stroke("wavelength_m", 0.2, 1.5, 10)],
             amplitudes: &[
                 amplitude("sine_1", "", Free, 0.05),
                 amplitude("cosine_1", "", Free, 0.05),

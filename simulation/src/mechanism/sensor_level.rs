@@ -135,18 +135,18 @@ pub(super) const LOAD_CROSSTALK: Definition = Definition {
             name: "preload",
             shape: &[],
             amplitudes: &[amplitude("force_per_preload", "", Free, 1e-3)],
-            columns: |context, _| {
-                outer_load(context)?;
-                shown(vec![preload(context)?])
-            },
+            columns: |context, _| shown(vec![preload(context)?]),
             phase_bound: false,
-            equation: "F = force_per_preload·F_p, beside an external load",
+            equation: "F = force_per_preload·F_p",
         },
         Form {
             name: "both",
             shape: &[],
             amplitudes: &[amplitude("force_per_load", "", Free, 1e-3), amplitude("force_per_preload", "", Free, 1e-3)],
-            columns: |context, _| shown(vec![outer_load(context)?, preload(context)?]),
+            columns: |context, _| {
+                let preload = preload(context)?;
+                shown(vec![outer_load(context).unwrap_or_else(|| vec![0.0; preload.len()]), preload])
+            },
             phase_bound: false,
             equation: "F = force_per_load·W + force_per_preload·F_p",
         },

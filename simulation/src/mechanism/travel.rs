@@ -3,7 +3,7 @@
 use super::context::Context;
 use super::definition::{Columns, Definition, Form, Kind};
 use super::id::Id;
-use super::{Negative, Positive, amplitude, ratio, shown};
+use super::{Negative, Positive, along_travel, amplitude, ratio, shown};
 
 /// E12: `F = A exp(-s/s_g)`.
 pub(super) const RUN_IN: Definition = Definition {
@@ -12,25 +12,36 @@ pub(super) const RUN_IN: Definition = Definition {
     forms: &[
         Form {
             name: "minimal",
-            shape: &[ratio("length_m", "m", 0.5, 500.0, 7)],
+            shape: &[along_travel("length_m", 0.5, 500.0, 7)],
             amplitudes: &[amplitude("drag_n", "N", Positive, 5.0)],
             columns: |context, shape| {
-                let decay = decay(context, *shape.first()?)?;
+                let decay = decay(context, *shape.first()?);
                 shown(vec![context.against_motion(|n| decay[n])])
             },
             phase_bound: false,
             equation: "F = drag·sign(V)·exp(-travel/length)",
         },
         Form {
+            name: "two-stage",
+            shape: &[along_travel("length_m", 0.5, 500.0, 7), along_travel("slow_length_m", 2.0, 500.0, 6)],
+            amplitudes: &[amplitude("drag_n", "N", Positive, 5.0), amplitude("slow_drag_n", "N", Positive, 1.0)],
+            columns: |context, shape| {
+                let (first, then) = (decay(context, *shape.first()?), decay(context, *shape.get(1)?));
+                shown(vec![context.against_motion(|n| first[n]), context.against_motion(|n| then[n])])
+            },
+            phase_bound: false,
+            equation: "F = sign(V)·(drag·exp(-travel/length) + slow_drag·exp(-travel/slow_length))",
+        },
+        Form {
             name: "with-load",
-            shape: &[ratio("length_m", "m", 0.5, 500.0, 7)],
+            shape: &[along_travel("length_m", 0.5, 500.0, 7)],
             amplitudes: &[
                 amplitude("drag_n", "N", Positive, 5.0),
                 amplitude("part_of_drag", "", Positive, 0.1),
                 amplitude("rest_n", "N", Positive, 1.0),
             ],
             columns: |context, shape| {
-                let decay = decay(context, *shape.first()?)?;
+                let decay = decay(context, *shape.first()?);
                 let churned = context.against_motion(|n| decay[n]);
                 let load = context.against_motion(|n| context.steady.drag_n[n] * decay[n]);
                 shown(vec![churned, load, context.against_motion(|_| 1.0)])
@@ -47,12 +58,9 @@ pub(super) const RUN_IN: Definition = Definition {
     simplicity: 4,
 };
 
-/// Lengths over the travel of a run beyond which a decay is a constant, to which a seal's friction is the simpler name.
-const LONGEST: f64 = 2.0;
-
-fn decay(context: &Context<'_>, length: f64) -> Option<Vec<f64>> {
-    let travel = context.travel_m.last()?;
-    (length <= LONGEST * travel).then(|| context.rows(|n| libm::exp(-context.travel_m[n] / length)))
+/// `exp(-travel/length)`, row by row.
+fn decay(context: &Context<'_>, length: f64) -> Vec<f64> {
+    context.rows(|n| libm::exp(-context.travel_m[n] / length))
 }
 
 /// E17: `dF_p/F_p` falls with travel.
