@@ -4,6 +4,7 @@ use simulation::Simulation;
 use simulation::mechanism::Id;
 use simulation::run::Run;
 
+use crate::bursts::bursts;
 use crate::events::Spots;
 use crate::open_set;
 use crate::passes::{Found, LEAST_SHARE};
@@ -69,11 +70,16 @@ impl Balance {
         // what rounding leaves is noise that follows the force: it comes and goes with it
         let rounds = |run: &Run| quantum(&run.drag_force_n).is_some_and(|step| step > COARSE * found.noise_n);
         let heard = heard.filter(|_| !is_known(Id::StructuralResonance)).map(|heard| heard.power_n2.min(0.9 * noise));
-        let is_unsteady = spots.is_none()
-            && heard.is_none()
-            && !side.runs.iter().any(rounds)
-            && unsteady.p < UNSTEADY
-            && coherent > UNSTEADY_SHARE * (before - noise + coherent);
+        let is_smooth = spots.is_none() && heard.is_none() && !side.runs.iter().any(rounds);
+        let is_unsteady =
+            is_smooth && unsteady.p < UNSTEADY && coherent > UNSTEADY_SHARE * (before - noise + coherent);
+        // beside a name, what its form leaves may stand out
+        let is_bare = is_smooth && found.members.is_empty();
+        let bursts = if is_bare { bursts(side, &proof.own.calibrated) } else { None };
+        let (is_unsteady, p_steady, coherent) = match bursts {
+            Some(bursts) => (true, bursts.p.min(unsteady.p), coherent.max(bursts.power_n2.min(0.9 * noise))),
+            None => (is_unsteady, unsteady.p, coherent),
+        };
         let is_clipped = side.limit_n.is_some() && !is_known(Id::ForceSaturation);
         let clipped = is_clipped.then(|| {
             let of = proof.own.calibrated.iter().zip(&side.clipped).filter(|(x, clipped)| **clipped && x.is_finite());
@@ -92,7 +98,7 @@ impl Balance {
             unexplained_n: (after - noise).max(0.0).sqrt(),
             unexplained: (share(after - noise) - share(in_noise)).max(0.0),
             unsteady: is_unsteady.then(|| share(in_noise)),
-            p_steady: if is_unsteady { unsteady.p } else { 1.0 },
+            p_steady: if is_unsteady { p_steady } else { 1.0 },
             rounding: rounding.map(share),
             clipped: clipped.map(share),
             spots: spots.map(share).filter(|share| *share > LEAST_SHARE),

@@ -33,6 +33,7 @@ mod adequacy;
 mod answer;
 mod balance;
 mod bench;
+mod bursts;
 mod calibration;
 mod clock;
 mod column_law;
