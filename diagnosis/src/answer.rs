@@ -31,7 +31,7 @@ pub(crate) fn write(
     quality: &mut DataQuality,
 ) -> Result<(Diagnosis, Simulation), String> {
     let balance = Balance::of(simulation, side, found, aside, &proof);
-    let Aside { spots, speed, heard } = *aside;
+    let Aside { spots, speed, heard, play } = *aside;
     let amplitudes = found.amplitudes();
     let forces: Vec<Vec<f64>> = found
         .members
@@ -66,6 +66,8 @@ pub(crate) fn write(
     findings.extend(heard.map(|(heard, share)| (resonance(heard, share), None)));
     let noisy = speed.zip(balance.speed);
     findings.extend(noisy.map(|(speed, share)| (speed_noise(speed.variance_m2_s2, share), None)));
+    let play = play.zip(balance.play);
+    findings.extend(play.map(|(play, share)| play.reported(share)));
     let next_experiment = next_experiment(nominal, side, found, &findings);
     findings.sort_by(|a, b| b.0.share_of_mismatch.total_cmp(&a.0.share_of_mismatch));
     let findings = with_one_unknown(findings);
@@ -89,6 +91,7 @@ pub(crate) fn write(
         amplitudes: vec![1.0, mass_kg],
     }));
     augmented.mechanisms.extend(heard.and_then(|(heard, _)| added(&heard.source, &heard.amplitudes)));
+    augmented.mechanisms.extend(play.and_then(|(play, _)| play.added()));
     let shown = |id, shape: f64| Added { id, form: 0, shape: vec![shape], amplitudes: vec![1.0] };
     let noise_over_step = |(step, _): (f64, f64)| (balance.noise_n / step).clamp(0.02, 0.5);
     augmented.mechanisms.extend(rounding.map(|it| shown(Id::ForceQuantisation, noise_over_step(it))));
@@ -106,7 +109,11 @@ pub(crate) fn write(
         p_no_mismatch: if rounding.is_some() || clipped.is_some() || noisy.is_some() {
             0.0
         } else {
-            let beside = spots.map(|spots| spots.p).into_iter().chain(heard.map(|(heard, _)| heard.p));
+            let beside = spots
+                .map(|spots| spots.p)
+                .into_iter()
+                .chain(heard.map(|(heard, _)| heard.p))
+                .chain(play.map(|(play, _)| play.p));
             beside.fold(found.p_no_mismatch.min(balance.p_steady), f64::min)
         },
         noise_floor_n: balance.noise_n,

@@ -8,6 +8,7 @@ use crate::bursts::bursts;
 use crate::events::Spots;
 use crate::open_set;
 use crate::passes::{Found, LEAST_SHARE};
+use crate::play::Play;
 use crate::rest::power;
 use crate::ringing::Heard;
 use crate::sanity::quantum;
@@ -29,6 +30,7 @@ pub(crate) struct Aside<'a> {
     pub(crate) spots: Option<&'a Spots>,
     pub(crate) speed: Option<SetAside>,
     pub(crate) heard: Option<&'a Heard>,
+    pub(crate) play: Option<&'a Play>,
 }
 
 /// How the squared mismatch that calibration leaves is shared out.
@@ -45,6 +47,7 @@ pub(crate) struct Balance {
     pub(crate) spots: Option<f64>,
     pub(crate) speed: Option<f64>,
     pub(crate) heard: Option<f64>,
+    pub(crate) play: Option<f64>,
 }
 
 impl Balance {
@@ -53,7 +56,7 @@ impl Balance {
         simulation: &Simulation,
         side: &Side<'_>,
         found: &Found<'_>,
-        Aside { spots, speed, heard }: &Aside<'_>,
+        Aside { spots, speed, heard, play }: &Aside<'_>,
         proof: &Proof,
     ) -> Self {
         let rows = &found.bench.rows;
@@ -71,10 +74,9 @@ impl Balance {
         let rounds = |run: &Run| quantum(&run.drag_force_n).is_some_and(|step| step > COARSE * found.noise_n);
         let heard = heard.filter(|_| !is_known(Id::StructuralResonance)).map(|heard| heard.power_n2.min(0.9 * noise));
         let is_smooth = spots.is_none() && heard.is_none() && !side.runs.iter().any(rounds);
-        let is_unsteady =
-            is_smooth && unsteady.p < UNSTEADY && coherent > UNSTEADY_SHARE * (before - noise + coherent);
+        let is_unsteady = is_smooth && unsteady.p < UNSTEADY && coherent > UNSTEADY_SHARE * (before - noise + coherent);
         // beside a name, what its form leaves may stand out
-        let is_bare = is_smooth && found.members.is_empty();
+        let is_bare = is_smooth && found.members.is_empty() && play.is_none();
         let bursts = if is_bare { bursts(side, &proof.own.calibrated) } else { None };
         let (is_unsteady, p_steady, coherent) = match bursts {
             Some(bursts) => (true, bursts.p.min(unsteady.p), coherent.max(bursts.power_n2.min(0.9 * noise))),
@@ -90,7 +92,8 @@ impl Balance {
         let spots = spots.map(|spots| spots.squares_n2 / rows.len().max(1) as f64);
         // rows that are not compared and a speed that is not believed have their part in the mismatch all the same
         let speed = speed.map(|speed| speed.power_n2);
-        let aside: f64 = [clipped, spots, speed].into_iter().flatten().sum();
+        let play = play.map(|play| play.squares_n2 / rows.len().max(1) as f64);
+        let aside: f64 = [clipped, spots, speed, play].into_iter().flatten().sum();
         let mismatch = (before - noise).max(1e-3 * before) + aside;
         let share = |power: f64| (power / mismatch).clamp(0.0, 1.0);
         let mut balance = Balance {
@@ -104,6 +107,7 @@ impl Balance {
             spots: spots.map(share).filter(|share| *share > LEAST_SHARE),
             speed: speed.map(share),
             heard: heard.map(share),
+            play: play.map(share),
         };
         if found.members.is_empty() {
             balance.unexplained = (1.0 - balance.beside_fits()).max(0.0);
@@ -113,7 +117,8 @@ impl Balance {
 
     /// Share of what was found without a fit.
     fn beside_fits(&self) -> f64 {
-        [self.unsteady, self.rounding, self.clipped, self.spots, self.speed, self.heard].into_iter().flatten().sum()
+        let Balance { unsteady, rounding, clipped, spots, speed, heard, play, .. } = self;
+        [unsteady, rounding, clipped, spots, speed, heard, play].into_iter().copied().flatten().sum()
     }
 
     /// Share that fitted causes have.

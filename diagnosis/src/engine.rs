@@ -10,9 +10,11 @@ use crate::condense::{condensed, factor};
 use crate::events;
 use crate::nominal::Nominal;
 use crate::passes::{self, Found, Scene};
+use crate::play::Play;
 use crate::proof::Split;
 use crate::report::{DataQuality, Diagnosis, Holdout, SCHEMA, Unexplained, Verdict};
 use crate::resolution::coarsest;
+use crate::rest::rms;
 use crate::ringing;
 use crate::rows::Rows;
 use crate::sanity;
@@ -135,9 +137,19 @@ fn attempt(
         calibrated = calibrate(simulation, &nominal, calibrated.side, &mut rows, &training)?;
     }
     let ringing = ringing::unmask(&nominal, &calibrated, &training, &mut rows)?;
-    let Calibrated { values: law_only, side, saturation, .. } = calibrated;
-    let scene = Scene { side: &side, saturation: &saturation, ringing: (!is_noisy).then_some(&ringing.pointed) };
+    let Calibrated { values: mut law_only, mut side, mut saturation, .. } = calibrated;
+    let pointed = (!is_noisy).then_some(ringing.pointed.as_slice());
+    let mut scene = Scene { side: &side, saturation: &saturation, ringing: pointed };
     let mut found = searched(simulation, &nominal, scene, &rows, &training, &law_only)?;
+    let play = Play::of(&nominal, &side, &training, &found);
+    if let Some(play) = &play {
+        play.set_aside(&side, &mut training);
+        rows = Rows::new(runs, &training, coarsest);
+        Calibrated { values: law_only, side, saturation, .. } =
+            calibrate(simulation, &nominal, side, &mut rows, &training)?;
+        scene = Scene { side: &side, saturation: &saturation, ringing: pointed };
+        found = searched(simulation, &nominal, scene, &rows, &training, &law_only)?;
+    }
     if spots.is_none() && !found.members.is_empty() {
         // what was found may have hidden them
         rows.learn(&found.left);
@@ -149,8 +161,9 @@ fn attempt(
             found = searched(simulation, &nominal, scene, &rows, &training, &law_only)?;
         }
     }
-    let proof = scores::score(simulation, &nominal, &side, holdout, &split, coarsest, &law_only, &found, options)?;
-    let aside = Aside { spots: spots.as_ref(), speed, heard: ringing.heard.as_ref() };
+    let aside = Aside { spots: spots.as_ref(), speed, heard: ringing.heard.as_ref(), play: play.as_ref() };
+    let proof =
+        scores::score(simulation, &nominal, &side, holdout, &split, coarsest, &law_only, &found, &aside, options)?;
     let (diagnosis, augmented) = answer::write(simulation, &nominal, &side, &training, &found, &aside, proof, quality)?;
     Ok(Outcome { diagnosis, augmented: Some(augmented) })
 }
@@ -167,8 +180,10 @@ fn searched<'s>(
     let start = unbound(nominal, scene.side, rows, training, law_only)?;
     let mut kept = None;
     let found = passes::run(simulation, nominal, scene, rows.clone(), training, &start, &mut kept)?;
-    // a law that is off is accepted as such only if nothing else is needed; else it has imitated what is missing
-    if start != law_only && !found.is_shift_only() {
+    let left_n = |values: &[f64]| Ok::<f64, String>(rms(&rows.plain(&scene.side.residual(nominal, values)?)));
+    // a law that is off is accepted as such only if nothing else is needed; else it has imitated what is missing, or the
+    // way there has led astray
+    if start != law_only && !(found.is_shift_only() && left_n(&found.with_shifts)? < left_n(law_only)?) {
         return passes::run(simulation, nominal, scene, rows.clone(), training, law_only, &mut kept);
     }
     Ok(found)

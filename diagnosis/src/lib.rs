@@ -53,6 +53,7 @@ mod nominal;
 mod open_set;
 mod passes;
 mod peaks;
+mod play;
 mod pool;
 mod proof;
 mod pulses;

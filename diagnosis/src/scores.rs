@@ -5,11 +5,13 @@ use simulation::file::PositionReference;
 use simulation::mechanism::Context;
 use simulation::run::Run;
 
+use crate::balance::Aside;
 use crate::bench::{Source, raw_columns, weighted};
 use crate::engine::Options;
 use crate::linear::{Cholesky, Symmetric, dot};
 use crate::nominal::Nominal;
 use crate::passes::Found;
+use crate::play::Play;
 use crate::proof::{self, Split, Stages};
 use crate::report::{DataQuality, Holdout};
 use crate::rest::rms;
@@ -37,11 +39,13 @@ pub(crate) fn score(
     coarsest: usize,
     law_only: &[f64],
     found: &Found<'_>,
+    aside: &Aside<'_>,
     options: &Options,
 ) -> Result<Proof, String> {
     let scene = Scene {
         nominal,
         found,
+        play: aside.play,
         law_only,
         given: if nominal.is_incomplete() { law_only.to_vec() } else { nominal.start() },
         is_relative: simulation.axis.position_reference == PositionReference::Relative,
@@ -74,6 +78,7 @@ pub(crate) fn score(
 struct Scene<'a> {
     nominal: &'a Nominal,
     found: &'a Found<'a>,
+    play: Option<&'a Play>,
     law_only: &'a [f64],
     given: Vec<f64>,
     is_relative: bool,
@@ -91,6 +96,8 @@ impl Scene<'_> {
                 *after -= force;
             }
         }
+        let play = self.play.map(|play| play.force(&side.contexts)).unwrap_or_default();
+        after.iter_mut().zip(play).for_each(|(after, force)| *after -= force);
         let before = side.residual(self.nominal, &self.given)?;
         Ok(Stages { before, calibrated: side.residual(self.nominal, self.law_only)?, after })
     }

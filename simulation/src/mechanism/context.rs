@@ -189,6 +189,11 @@ impl<'a> Context<'a> {
         self.run.is_empty()
     }
 
+    /// Travel since the last turn of the drive, a turn of less than a row's noise included, m, row by row.
+    pub fn since_turn_m(&self) -> &[f64] {
+        &self.path.since_turn_m
+    }
+
     /// Speed of a row, m/s, without sign.
     pub fn speed_m_s(&self, row: usize) -> f64 {
         self.motion.velocity_m_s[row].abs()
