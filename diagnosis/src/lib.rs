@@ -5,7 +5,9 @@
 //! side         runs with what follows from their motion; resolution: the time over which they are compared
 //! sanity       what is wrong with the recording; rows that cannot be compared
 //! speed        a recorded speed that is worse than that of the position
-//! events       spots that no form of the library has a place for; pulses: what finds them
+//! events       spots that no form of the library has a place for; pulses: what finds them; bursts: what brakes for tenths
+//!              of a second
+//! play         a coupling with a gap, told before what is beside it
 //! nominal      the law as a function of what the simulation only assumes
 //! column_law   the same for a law that is known by a column of its force alone
 //! calibration  how far its numbers may move
