@@ -79,8 +79,10 @@ impl Balance {
         let is_bare = is_smooth && found.members.is_empty() && play.is_none();
         let bursts = if is_bare { bursts(side, &proof.own.calibrated) } else { None };
         let (is_unsteady, p_steady, coherent) = match bursts {
-            Some(bursts) => (true, bursts.p.min(unsteady.p), coherent.max(bursts.power_n2.min(0.9 * noise))),
-            None => (is_unsteady, unsteady.p, coherent),
+            Some(bursts) if bursts.power_n2 > UNSTEADY_SHARE * before => {
+                (true, bursts.p.min(unsteady.p), coherent.max(bursts.power_n2.min(0.9 * noise)))
+            }
+            _ => (is_unsteady, unsteady.p, coherent),
         };
         let is_clipped = side.limit_n.is_some() && !is_known(Id::ForceSaturation);
         let clipped = is_clipped.then(|| {

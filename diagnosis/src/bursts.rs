@@ -16,7 +16,7 @@ const FEWEST_ROWS: usize = 8;
 /// Fewest averages of a part from which its scale is told.
 const FEWEST: usize = 12;
 
-/// Distance from the median, over the scale, of an average that stands out. None of 900 averages of Gaussian noise is
+/// Distance from the median, over the scale of averages, of one that stands out. None of 900 averages of Gaussian noise is
 /// beyond 5, and a scale of few averages is off by a third.
 const OUTSTANDING: f64 = 8.0;
 const OUTSTANDING_OF_NOISE: f64 = 5.0;
@@ -79,8 +79,8 @@ fn of_width(parts: &[Vec<f64>], width: usize, rows: usize) -> Option<Bursts> {
 struct Averages {
     /// From their median, N; `None` where half of one or more is not compared.
     from_median: Vec<Option<f64>>,
-    /// Blind to what stands out, N.
-    scale: f64,
+    /// Distance from which one stands out, N.
+    outstanding_n: f64,
 }
 
 impl Averages {
@@ -96,13 +96,16 @@ impl Averages {
         let median = *told.get(told.len() / 2)?;
         told.iter_mut().for_each(|x| *x -= median);
         let scale = robust_sigma(&told);
+        let rows: Vec<f64> = part.iter().filter(|x| x.is_finite()).map(|x| x - median).collect();
+        // what is smaller than the noise of a row a bump of the rail or the remains of the law may be as well
+        let outstanding_n = (OUTSTANDING * scale).max(robust_sigma(&rows));
         let from_median = averages.into_iter().map(|x| x.map(|x| x - median)).collect();
-        (told.len() >= FEWEST && scale > 0.0).then_some(Averages { from_median, scale })
+        (told.len() >= FEWEST && scale > 0.0).then_some(Averages { from_median, outstanding_n })
     }
 
     /// Neighbours that all stand out to this side, +1 for what brakes.
     fn bursts(&self, side: f64) -> Vec<&[Option<f64>]> {
-        let stands_out = |x: &Option<f64>| x.is_some_and(|x| side * x > OUTSTANDING * self.scale);
+        let stands_out = |x: &Option<f64>| x.is_some_and(|x| side * x > self.outstanding_n);
         self.from_median.chunk_by(|a, b| stands_out(a) == stands_out(b)).filter(|group| stands_out(&group[0])).collect()
     }
 }

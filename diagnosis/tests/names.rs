@@ -141,10 +141,7 @@ fn a_seal_beside_an_offset_is_no_cable_chain() {
 #[test]
 fn a_small_cause_is_heard_beside_play_whose_edge_no_encoder_tells() {
     let runs = [1500.0, 3000.0, 6000.0].map(|preload_n| {
-        let causes = [
-            added(Id::CouplingBacklash, 1, &[2e-5, 3e-6], &[1.0]),
-            added(Id::ForceOffset, 0, &[], &[0.4]),
-        ];
+        let causes = [added(Id::CouplingBacklash, 1, &[2e-5, 3e-6], &[1.0]), added(Id::ForceOffset, 0, &[], &[0.4])];
         let mut run = recorded(strokes(&[0.0002, 0.001, 0.005], 0.004, 0.2, preload_n), &causes, nothing, 3);
         let mut noise = Noise::new(4, 0);
         run.position_m.as_mut().expect("it was set").iter_mut().for_each(|x| *x += 1e-6 * noise.gaussian());
@@ -152,6 +149,10 @@ fn a_small_cause_is_heard_beside_play_whose_edge_no_encoder_tells() {
     });
     let found = diagnosis(&runs);
     let ids: Vec<&str> = found.mechanisms.iter().map(|found| found.id.as_str()).collect();
-    assert!(ids.contains(&"coupling-backlash") && ids.contains(&"force-offset") && ids.len() == 2, "{:?}", sets(&found));
+    assert!(
+        ids.contains(&"coupling-backlash") && ids.contains(&"force-offset") && ids.len() == 2,
+        "{:?}",
+        sets(&found)
+    );
     assert!(found.holdout.rmse_after_n < 1.5 * NOISE_N, "{:?}", found.holdout);
 }
