@@ -74,12 +74,13 @@ impl Balance {
         let rounds = |run: &Run| quantum(&run.drag_force_n).is_some_and(|step| step > COARSE * found.noise_n);
         let heard = heard.filter(|_| !is_known(Id::StructuralResonance)).map(|heard| heard.power_n2.min(0.9 * noise));
         let is_smooth = spots.is_none() && heard.is_none() && !side.runs.iter().any(rounds);
-        let is_unsteady = is_smooth && unsteady.p < UNSTEADY && coherent > UNSTEADY_SHARE * (before - noise + coherent);
+        let is_worth_it = |power: f64| power > UNSTEADY_SHARE * (before - noise + power);
+        let is_unsteady = is_smooth && unsteady.p < UNSTEADY && is_worth_it(coherent);
         // beside a name, what its form leaves may stand out
         let is_bare = is_smooth && found.members.is_empty() && play.is_none();
         let bursts = if is_bare { bursts(side, &proof.own.calibrated) } else { None };
         let (is_unsteady, p_steady, coherent) = match bursts {
-            Some(bursts) if bursts.power_n2 > UNSTEADY_SHARE * before => {
+            Some(bursts) if is_worth_it(bursts.power_n2.min(0.9 * noise)) => {
                 (true, bursts.p.min(unsteady.p), coherent.max(bursts.power_n2.min(0.9 * noise)))
             }
             _ => (is_unsteady, unsteady.p, coherent),
