@@ -257,6 +257,28 @@ impl<'a> Bench<'a> {
         }
     }
 
+    /// Steps of the law's parameters that fit best where some are held at a given step.
+    pub(crate) fn step_beside(&self, held: &[Option<f64>]) -> Vec<f64> {
+        let free: Vec<usize> = self.law().into_iter().filter(|column| held[column - 1].is_none()).collect();
+        let mut a = self.products.part(&free);
+        let mut b = Vec::with_capacity(free.len());
+        for (k, column) in free.iter().enumerate() {
+            let (precision, pull) = self.prior_of(*column);
+            a.add(k, k, precision);
+            let of_held: f64 = held
+                .iter()
+                .enumerate()
+                .filter_map(|(at, step)| step.map(|step| step * self.products.get(at + 1, *column)))
+                .sum();
+            b.push(self.products.get(0, *column) + pull - of_held);
+        }
+        let mut steps: Vec<f64> = held.iter().map(|step| step.unwrap_or(0.0)).collect();
+        for (column, step) in free.iter().zip(Cholesky::of(&a).solve(&b)) {
+            steps[column - 1] = step;
+        }
+        steps
+    }
+
     /// The law and the members together, every amplitude with a sign that its cause can have: what pulls the wrong way
     /// beside the others is left out, the worst first.
     pub(crate) fn fit_members(&self, members: &[Member]) -> Fit {

@@ -17,6 +17,9 @@ const LEARNT: usize = 2;
 /// Relative step that ends calibration.
 const ENOUGH: f64 = 2e-3;
 
+/// Way of a number that is tolerated, in its standard deviations.
+const TOLERATED: f64 = 3.0;
+
 /// The law with its numbers moved.
 pub(crate) struct Calibrated<'a> {
     pub(crate) values: Vec<f64>,
@@ -47,8 +50,7 @@ pub(crate) fn calibrate<'a>(
             rows.learn(&left);
         }
         let bench = Bench::new(rows.clone(), &[], training.to_vec(), &mismatch, tangent, prior(nominal, &values));
-        let fit = bench.fit(&bench.law());
-        let next = tolerated(nominal, moved(nominal, &values, &fit.values));
+        let next = tolerated(nominal, &bench, &values);
         let way = next.iter().zip(&values).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         values = next;
         if step == 0 && nominal.is_incomplete() {
@@ -75,7 +77,7 @@ pub(crate) fn unbound(
     values: &[f64],
 ) -> Result<Vec<f64>, String> {
     let at_limit = |(value, parameter): (&f64, &crate::nominal::Parameter)| {
-        parameter.sigma.is_some_and(|sigma| value.abs() >= 2.999 * sigma)
+        parameter.sigma.is_some_and(|sigma| value.abs() >= 0.9997 * TOLERATED * sigma)
     };
     let mut values = values.to_vec();
     if !values.iter().zip(&nominal.parameters).any(at_limit) {
@@ -115,14 +117,27 @@ pub(crate) fn prior(nominal: &Nominal, values: &[f64]) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Values within three standard deviations: what calibration alone may do.
-pub(crate) fn tolerated(nominal: &Nominal, mut values: Vec<f64>) -> Vec<f64> {
-    for (value, parameter) in values.iter_mut().zip(&nominal.parameters) {
-        if let Some(sigma) = parameter.sigma {
-            *value = value.clamp(-3.0 * sigma, 3.0 * sigma);
+/// Where a step of Gauss and Newton leads within three standard deviations of every number: what calibration alone may do.
+/// A number that would go beyond is held at its limit, and the others are fitted again beside it: to cut off each by itself
+/// leaves the law worse than it was given where one makes up for another.
+fn tolerated(nominal: &Nominal, bench: &Bench<'_>, values: &[f64]) -> Vec<f64> {
+    let mut held = vec![None; values.len()];
+    loop {
+        let mut next = moved(nominal, values, &bench.step_beside(&held));
+        let mut farthest: Option<(usize, f64)> = None;
+        for (at, (value, parameter)) in next.iter_mut().zip(&nominal.parameters).enumerate() {
+            let Some(limit) = parameter.sigma.map(|sigma| TOLERATED * sigma) else { continue };
+            let beyond = value.abs() / limit;
+            if held[at].is_none() && beyond > farthest.map_or(1.0, |(_, most)| most) {
+                farthest = Some((at, beyond));
+            }
+            *value = value.clamp(-limit, limit);
+        }
+        match farthest {
+            Some((at, _)) => held[at] = Some(next[at] - values[at]),
+            None => return next,
         }
     }
-    values
 }
 
 /// Values after a step.

@@ -18,7 +18,7 @@
 //! pool         all that may act; refine: its shapes; spectrum: wavelengths; peaks: the highest of them
 //! search       which named causes act; story: curves without a name; open_set: what has no name here
 //! clock        what repeats in time; adequacy: is what explains much what acts? load_law: does it feel the load as it must?
-//! passes       the search, and again around where it has led; rest: what is left
+//! passes       the search, and again around where it has led; settle: the law beside what was found; rest: what is left
 //! equivalents  what this recording cannot tell apart; experiment: the next run that would, by simulation
 //! proof        rows set aside; scores: the three stages there, and what each cause does
 //! balance      who has which share of the mismatch; answer: what is said; finding, region
@@ -71,6 +71,7 @@ mod sanity;
 mod saturation;
 mod scores;
 mod search;
+mod settle;
 mod side;
 mod spectra;
 mod spectrum;

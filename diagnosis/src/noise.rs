@@ -114,14 +114,15 @@ impl Whitening {
         Whitening { predictors: vec![Vec::new()], gains: vec![1.0], shelves: Vec::new() }
     }
 
-    /// Of residuals of variance about 1, stretch by stretch; an autoregression of order `most` at most.
+    /// Of residuals of variance about 1, stretch by stretch; an autoregression of order `most` at most. A row that is not a
+    /// number tells nothing.
     pub(crate) fn of(stretches: &[Vec<f64>], most: usize) -> Self {
         let mut whitening = autoregression(stretches, most.min(MAX_ORDER));
         let longest = stretches.iter().map(Vec::len).max().unwrap_or(0);
         let levels = (1..=MOST_SHELVES).take_while(|level| longest >> level >= 2).count();
         let mut heights = vec![1.0; levels];
         for _ in 0..3 {
-            let white: Vec<Vec<f64>> = stretches.iter().map(|x| whitening.applied(x)).collect();
+            let white: Vec<Vec<f64>> = stretches.iter().map(|x| whitening.applied_where_told(x)).collect();
             let measured = haar(&white, levels);
             for (height, measured) in heights.iter_mut().zip(measured) {
                 *height *= measured;
@@ -233,6 +234,27 @@ impl Whitening {
         let [out] = out;
         out
     }
+
+    /// The same where rows are missing: straight lines lead across them, and they are missing again behind the filter.
+    fn applied_where_told(&self, x: &[f64]) -> Vec<f64> {
+        let mut filled = x.to_vec();
+        let mut last = None;
+        for n in (0..x.len()).filter(|n| x[*n].is_finite()) {
+            let from = last.unwrap_or(n);
+            for k in last.map_or(0, |last| last + 1)..n {
+                let way = if n > from { (k - from) as f64 / (n - from) as f64 } else { 0.0 };
+                filled[k] = x[from] + way * (x[n] - x[from]);
+            }
+            last = Some(n);
+        }
+        match last {
+            Some(last) => filled[last + 1..].fill(x[last]),
+            None => filled.fill(0.0),
+        }
+        let mut out = self.applied(&filled);
+        out.iter_mut().zip(x).filter(|(_, x)| !x.is_finite()).for_each(|(out, x)| *out = *x);
+        out
+    }
 }
 
 /// Rows that stay in the fastest memory while every tap goes by.
@@ -262,15 +284,21 @@ impl pulp::NullaryFnOnce for Taps<'_> {
 
 /// Durbin and Levinson's recursion on the pooled autocovariance.
 fn autoregression(stretches: &[Vec<f64>], most: usize) -> Whitening {
-    let rows: usize = stretches.iter().map(Vec::len).sum();
+    let (mut rows, mut told) = (0, 0);
     let covariance: Vec<f64> = (0..=most)
         .map(|lag| {
-            let sum: f64 = stretches
-                .iter()
-                .filter(|x| x.len() > lag)
-                .map(|x| x[lag..].iter().zip(&x[..x.len() - lag]).map(|(a, b)| a * b).sum::<f64>())
-                .sum();
-            sum / rows.max(1) as f64
+            let (mut sum, mut pairs, mut places) = (0.0, 0u32, 0);
+            for x in stretches.iter().filter(|x| x.len() > lag) {
+                places += x.len() - lag;
+                for product in x[lag..].iter().zip(x).map(|(a, b)| a * b).filter(|product| product.is_finite()) {
+                    (sum, pairs) = (sum + product, pairs + 1);
+                }
+            }
+            if lag == 0 {
+                (rows, told) = (places, pairs);
+            }
+            // a longer lag has fewer places: so much less counts what it tells
+            sum / f64::from(pairs.max(1)) * places as f64 / rows.max(1) as f64
         })
         .collect();
     let mut whitening = Whitening::none();
@@ -279,7 +307,8 @@ fn autoregression(stretches: &[Vec<f64>], most: usize) -> Whitening {
         return whitening;
     }
     whitening.gains[0] = 1.0 / variance.sqrt();
-    let mut best = (rows as f64 * variance.ln(), 0);
+    let rows = f64::from(told);
+    let mut best = (rows * variance.ln(), 0);
     for order in 1..=most {
         let before = &whitening.predictors[order - 1];
         let predicted: f64 = before.iter().enumerate().map(|(k, phi)| phi * covariance[order - 1 - k]).sum();
@@ -292,7 +321,7 @@ fn autoregression(stretches: &[Vec<f64>], most: usize) -> Whitening {
         }
         whitening.predictors.push(phi);
         whitening.gains.push(1.0 / variance.sqrt());
-        let criterion = rows as f64 * variance.ln() + order as f64 * (rows as f64).ln();
+        let criterion = rows * variance.ln() + order as f64 * rows.ln();
         if criterion < best.0 {
             best = (criterion, order);
         }
@@ -302,24 +331,33 @@ fn autoregression(stretches: &[Vec<f64>], most: usize) -> Whitening {
     whitening
 }
 
-/// Variance of Haar's differences, level by level: 1 at every level for white noise of variance 1.
+/// Share of a window's rows that must be there for its mean to be told.
+const TOLD: f64 = 0.5;
+
+/// Variance of Haar's differences, level by level: 1 at every level for white noise of variance 1. Rows that are missing
+/// take no part.
 fn haar(stretches: &[Vec<f64>], levels: usize) -> Vec<f64> {
     let (mut sums, mut counts) = (vec![0.0; levels], vec![0usize; levels]);
     for stretch in stretches {
-        let mut means = stretch.clone();
+        // sum and number of the rows of every window
+        let mut windows: Vec<(f64, f64)> =
+            stretch.iter().map(|x| if x.is_finite() { (*x, 1.0) } else { (0.0, 0.0) }).collect();
         for level in 0..levels {
-            let pairs = means.len() / 2;
+            let pairs = windows.len() / 2;
             if pairs == 0 {
                 break;
             }
+            let least = TOLD * f64::from(1u32 << level.min(30));
             for k in 0..pairs {
-                // sums of white noise, halved in variance at every step, keep the variance 1
-                let (a, b) = (means[2 * k], means[2 * k + 1]);
-                sums[level] += 0.5 * (a - b) * (a - b);
-                means[k] = (a + b) * std::f64::consts::FRAC_1_SQRT_2;
+                let ((a, in_a), (b, in_b)) = (windows[2 * k], windows[2 * k + 1]);
+                if in_a >= least && in_b >= least {
+                    let difference = a / in_a - b / in_b;
+                    sums[level] += difference * difference / (1.0 / in_a + 1.0 / in_b);
+                    counts[level] += 1;
+                }
+                windows[k] = (a + b, in_a + in_b);
             }
-            counts[level] += pairs;
-            means.truncate(pairs);
+            windows.truncate(pairs);
         }
     }
     let mut variances = Vec::with_capacity(levels);

@@ -19,6 +19,7 @@ use crate::rows::Rows;
 use crate::sanity::quantum;
 use crate::saturation::Saturation;
 use crate::search::{self, Floor, search};
+use crate::settle::settled;
 use crate::side::Side;
 
 /// A cause whose force is smaller than this share of the noise is not worth a mention.
@@ -113,16 +114,7 @@ pub(crate) fn run<'s>(
         let mismatch = side.residual(nominal, &values)?;
         let tangent = side.tangent(nominal, &values)?;
         let tolerances = Tolerances { nominal, moved: &values };
-        let mut bench = Bench::new(
-            rows.clone(),
-            &side.contexts,
-            training.to_vec(),
-            &mismatch,
-            tangent.clone(),
-            prior(nominal, &values),
-        );
-        bench.is_relative = simulation.axis.position_reference == PositionReference::Relative;
-        bench.largest = rows.white(&side.drag_n).iter().map(|x| f64::from(*x) * f64::from(*x)).sum();
+        let mut bench = around(simulation, nominal, side, &rows, training, &values)?;
         let mut pool = match kept.take().filter(|(of, _)| of.whiten_alike(&rows)) {
             Some((_, pool)) => pool.again(&bench, &tolerances),
             None => Pool::new(&bench, &tolerances, &saturation.curves, ringing),
@@ -144,14 +136,19 @@ pub(crate) fn run<'s>(
             extra.extend(bench.raw(&member.candidate.source).unwrap_or_default());
         }
         let left = saturation.rest(&rows, &side.contexts, &mismatch, &tangent, &extra);
-        let led = shifted(
+        let is_far = |there: &[f64]| {
+            !nominal.is_incomplete() && there.iter().zip(&values).any(|(there, here)| (there - here).abs() > FAR)
+        };
+        let mut led = shifted(
             nominal,
             &moved(nominal, &values, &fit.values[..values.len()]),
             &members,
             &amplitudes(&members, &fit),
         );
-        let way = led.iter().zip(&values).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        let is_far = !nominal.is_incomplete() && way > FAR;
+        if is_far(&led) {
+            led = settled(nominal, side, &rows, training, &members, &values)?;
+        }
+        let is_far = is_far(&led);
         let is_coloured = pass < 2 && !members.is_empty() && (whiteness(&bench, &fit) - 1.0).abs() > COLOURED;
         if pass < MOST_PASSES && (is_far || is_coloured) {
             *kept = Some((rows.clone(), pool));
@@ -164,6 +161,15 @@ pub(crate) fn run<'s>(
             continue;
         }
         let noise_n = noise_rms(&rows, &left);
+        if is_far {
+            // no further search, but what was found is to be true where the law is
+            values = led;
+            bench = around(simulation, nominal, side, &rows, training, &values)?;
+            pool = pool.again(&bench, &Tolerances { nominal, moved: &values });
+            let again = bench.candidates(members.into_iter().map(|member| member.candidate.source));
+            members = again.into_iter().map(|candidate| bench.take(candidate)).collect();
+        }
+        let tolerances = Tolerances { nominal, moved: &values };
         drop_small(&bench, &mut members);
         let doubts = doubted(&mut bench, &mut pool, &tolerances, &mut members, floor);
         let sets = tell_apart(&mut bench, &mut pool, &tolerances, &mut members, &doubts, is_coarse);
@@ -191,6 +197,24 @@ pub(crate) fn run<'s>(
         });
     }
     Err("the search did not end".to_owned())
+}
+
+/// The mismatch around the law at some values.
+fn around<'s>(
+    simulation: &Simulation,
+    nominal: &Nominal,
+    side: &'s Side<'s>,
+    rows: &Rows,
+    training: &[bool],
+    values: &[f64],
+) -> Result<Bench<'s>, String> {
+    let mismatch = side.residual(nominal, values)?;
+    let tangent = side.tangent(nominal, values)?;
+    let mut bench =
+        Bench::new(rows.clone(), &side.contexts, training.to_vec(), &mismatch, tangent, prior(nominal, values));
+    bench.is_relative = simulation.axis.position_reference == PositionReference::Relative;
+    bench.largest = rows.white(&side.drag_n).iter().map(|x| f64::from(*x) * f64::from(*x)).sum();
+    Ok(bench)
 }
 
 /// RMS force that calibration has changed, N.

@@ -247,15 +247,29 @@ impl Rows {
     pub(crate) fn learn_up_to(&mut self, residual: &[f64], most: usize) {
         let plain = self.plain(residual);
         let scales: Vec<f64> = self.groups.iter().map(|rows| scale(&plain[rows.clone()])).collect();
-        let clipped: Vec<Vec<f64>> = self
+        // what is bridged, and what stands out of the noise, does not tell its colour
+        let told: Vec<Vec<f64>> = self
             .stretches
             .iter()
             .map(|stretch| {
                 let scale = scales[stretch.group];
-                self.averaged(stretch, residual).iter().map(|x| (x / scale).clamp(-TAIL * 1.5, TAIL * 1.5)).collect()
+                let mut x: Vec<f64> = self.averaged(stretch, residual).iter().map(|x| x / scale).collect();
+                let stands_out: Vec<bool> = x.iter().map(|x| !(x.abs() < TAIL)).collect();
+                for own in stands_out.chunk_by(PartialEq::eq).scan(0, |row, own| {
+                    *row += own.len();
+                    Some(*row - own.len()..*row)
+                }) {
+                    if stands_out[own.start] {
+                        // it rises and fades on both sides for as long as it stands out
+                        let around = own.start.saturating_sub(own.len())..(own.end + own.len()).min(x.len());
+                        x[around].fill(f64::NAN);
+                    }
+                }
+                x.iter_mut().zip(&stretch.keep).filter(|(_, keep)| !**keep).for_each(|(x, _)| *x = f64::NAN);
+                x
             })
             .collect();
-        self.whitening = Whitening::of(&clipped, most);
+        self.whitening = Whitening::of(&told, most);
         self.weights = vec![1.0; self.len()];
         let white: Vec<f64> = self.white(residual).into_iter().map(f64::from).collect();
         for rows in &self.groups {
