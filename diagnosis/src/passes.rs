@@ -31,6 +31,9 @@ const FAR: f64 = 0.03;
 /// Difference of the variance of the whitened rest from 1 from which the noise is learnt anew.
 const COLOURED: f64 = 0.1;
 
+/// Rows that stand out which say nothing of the noise behind what was found.
+const FEW_TAILS: usize = 10;
+
 /// Share of what all causes explain together, in square, below which one is not named: four of five such names were
 /// false on the development sets.
 pub(crate) const LEAST_SHARE: f64 = 0.002;
@@ -149,11 +152,19 @@ pub(crate) fn run<'s>(
             led = settled(nominal, side, &rows, training, &members, &values)?;
         }
         let is_far = is_far(&led);
-        let is_coloured = pass < 2 && !members.is_empty() && (whiteness(&bench, &fit) - 1.0).abs() > COLOURED;
-        if pass < MOST_PASSES && (is_far || is_coloured) {
+        let mut learnt = None;
+        if pass < 2 && !members.is_empty() {
+            let mut anew = rows.clone();
+            anew.learn(&left);
+            let is_coloured = (whiteness(&bench, &fit) - 1.0).abs() > COLOURED;
+            // what stood out is explained, and may count in full
+            let is_tamed = rows.tails() > FEW_TAILS && 2 * anew.tails() < rows.tails();
+            learnt = (is_coloured || is_tamed).then_some(anew);
+        }
+        if pass < MOST_PASSES && (is_far || learnt.is_some()) {
             *kept = Some((rows.clone(), pool));
-            if is_coloured {
-                rows.learn(&left);
+            if let Some(learnt) = learnt {
+                rows = learnt;
             }
             if is_far {
                 values = led;

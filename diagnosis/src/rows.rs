@@ -291,6 +291,16 @@ impl Rows {
         }
     }
 
+    /// Rows that count less because they stand out: by half and more.
+    pub(crate) fn tails(&self) -> usize {
+        let of_group = |group: &Range<usize>| {
+            let weights = &self.weights[group.clone()];
+            let largest = weights.iter().copied().fold(0.0, f32::max);
+            weights.iter().filter(|weight| **weight < 0.5 * largest).count()
+        };
+        self.groups.iter().map(of_group).sum()
+    }
+
     /// The same rows, where tails count in full.
     pub(crate) fn with_tails(&self) -> Self {
         let mut rows = self.clone();
