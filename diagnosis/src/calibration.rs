@@ -49,7 +49,8 @@ pub(crate) fn calibrate<'a>(
             left = saturation.rest(rows, &side.contexts, &mismatch, &tangent, &[]);
             rows.learn(&left);
         }
-        let bench = Bench::new(rows.clone(), &[], training.to_vec(), &mismatch, tangent, prior(nominal, &values));
+        let flat = rows.flat(&mismatch);
+        let bench = Bench::new(flat, &[], training.to_vec(), &mismatch, tangent, prior(nominal, &values));
         let next = tolerated(nominal, &bench, &values);
         let way = next.iter().zip(&values).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         values = next;
@@ -87,7 +88,7 @@ pub(crate) fn unbound(
         let mismatch = side.residual(nominal, &values)?;
         let tangent = side.tangent(nominal, &values)?;
         let guess = prior(nominal, &values).into_iter().map(|(a, b)| (a / GUESS, b / GUESS)).collect();
-        let bench = Bench::new(rows.clone(), &[], training.to_vec(), &mismatch, tangent, guess);
+        let bench = Bench::new(rows.flat(&mismatch), &[], training.to_vec(), &mismatch, tangent, guess);
         let next = moved(nominal, &values, &bench.fit(&bench.law()).values);
         let way = next.iter().zip(&values).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         values = next;

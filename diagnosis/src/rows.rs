@@ -26,6 +26,9 @@ pub(crate) const FOLDS: usize = 4;
 /// Residuals of more standard deviations than this count less.
 const TAIL: f64 = 4.0;
 
+/// Residuals of more standard deviations than this pull no harder on a law that does not know all that acts.
+const HUBER: f64 = 1.5;
+
 /// Rows of one part between two long gaps.
 #[derive(Clone, Debug)]
 struct Stretch {
@@ -289,6 +292,21 @@ impl Rows {
                 }
             }
         }
+    }
+
+    /// The same rows as Huber weighs them for a law that does not know all that acts: without the colour of the noise, and
+    /// a row that is far off (`residual`: one entry a row of all runs) pulls no more than one that is at [`HUBER`].
+    pub(crate) fn flat(&self, residual: &[f64]) -> Self {
+        let mut rows = Rows { whitening: Whitening::none(), ..self.clone() };
+        let plain = rows.plain(residual);
+        for group in &rows.groups {
+            let sigma = scale(&plain[group.clone()]);
+            for n in group.clone() {
+                let size = (plain[n] / sigma).abs();
+                rows.weights[n] = ((HUBER / size).min(1.0).sqrt() / sigma) as f32;
+            }
+        }
+        rows
     }
 
     /// Rows that count less because they stand out: by half and more.
