@@ -171,6 +171,8 @@ pub(crate) struct Bench<'a> {
     pub(crate) is_relative: bool,
     /// Time between two rows, s.
     pub(crate) step_s: f64,
+    /// Travel since a reversal from which on rows are compared, m.
+    pub(crate) seen_from_m: f64,
     /// Stroke and travel of the longest run, m.
     stroke_m: f64,
     travel_m: f64,
@@ -196,6 +198,7 @@ impl<'a> Bench<'a> {
             tangent: Vec::new(),
             largest: f64::INFINITY,
             is_relative: false,
+            seen_from_m: 0.0,
             step_s: contexts.iter().map(|c| c.run.step_s()).find(|step| *step > 0.0).unwrap_or(1.0),
             stroke_m: contexts.iter().map(|c| stroke_m(&c.motion.position_m)).fold(0.0, f64::max),
             travel_m: contexts.iter().filter_map(|c| c.travel_m.last().copied()).fold(0.0, f64::max),
@@ -341,12 +344,13 @@ impl<'a> Bench<'a> {
         weighted(&self.raw(source).unwrap_or_default(), amplitudes)
     }
 
-    /// Whether every length of a source is one that the runs show at least half of.
+    /// Whether every length of a source is one that the runs show at least half of, and not hidden by play.
     fn is_told(&self, source: &Source) -> bool {
         let Source::Mechanism { definition, form, shape } = source else { return true };
         definition.forms[*form].shape.iter().zip(shape).all(|(parameter, value)| match parameter.search {
             Search::AlongStroke => *value <= 2.0 * self.stroke_m,
             Search::AlongTravel => *value <= 2.0 * self.travel_m,
+            Search::SinceTurn => *value >= self.seen_from_m,
             _ => true,
         })
     }

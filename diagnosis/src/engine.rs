@@ -139,7 +139,7 @@ fn attempt(
     let ringing = ringing::unmask(&nominal, &calibrated, &training, &mut rows)?;
     let Calibrated { values: mut law_only, mut side, mut saturation, .. } = calibrated;
     let pointed = (!is_noisy).then_some(ringing.pointed.as_slice());
-    let mut scene = Scene { side: &side, saturation: &saturation, ringing: pointed };
+    let mut scene = Scene { side: &side, saturation: &saturation, ringing: pointed, seen_from_m: 0.0 };
     let mut found = searched(simulation, &nominal, scene, &rows, &training, &law_only)?;
     let play = Play::of(&nominal, &side, &training, &found);
     if let Some(play) = &play {
@@ -147,7 +147,7 @@ fn attempt(
         rows = Rows::new(runs, &training, coarsest);
         Calibrated { values: law_only, side, saturation, .. } =
             calibrate(simulation, &nominal, side, &mut rows, &training)?;
-        scene = Scene { side: &side, saturation: &saturation, ringing: pointed };
+        scene = Scene { side: &side, saturation: &saturation, ringing: pointed, seen_from_m: play.edge_m() };
         found = searched(simulation, &nominal, scene, &rows, &training, &law_only)?;
     }
     if spots.is_none() && !found.members.is_empty() {

@@ -97,18 +97,21 @@ pub(crate) struct Scene<'s> {
     /// Shapes of a resonance that the spectrum points to; `None` where the speed is too noisy for one: what it makes of the
     /// acceleration rings at any frequency.
     pub(crate) ringing: Option<&'s [Vec<f64>]>,
+    /// Travel since a reversal from which on rows are compared, m.
+    pub(crate) seen_from_m: f64,
 }
 
 /// Searches as often as it takes.
 pub(crate) fn run<'s>(
     simulation: &Simulation,
     nominal: &Nominal,
-    Scene { side, saturation, ringing }: Scene<'s>,
+    scene: Scene<'s>,
     mut rows: Rows,
     training: &[bool],
     start: &[f64],
     kept: &mut Kept,
 ) -> Result<Found<'s>, String> {
+    let Scene { side, saturation, ringing, .. } = scene;
     let drag_rms = rms(&rows.plain(&side.drag_n));
     // in which the force channel counts
     let step_n = side.runs.iter().filter_map(|run| quantum(&run.drag_force_n)).max_by(f64::total_cmp);
@@ -117,7 +120,7 @@ pub(crate) fn run<'s>(
         let mismatch = side.residual(nominal, &values)?;
         let tangent = side.tangent(nominal, &values)?;
         let tolerances = Tolerances { nominal, moved: &values };
-        let mut bench = around(simulation, nominal, side, &rows, training, &values)?;
+        let mut bench = around(simulation, nominal, scene, &rows, training, &values)?;
         let mut pool = match kept.take().filter(|(of, _)| of.whiten_alike(&rows)) {
             Some((_, pool)) => pool.again(&bench, &tolerances),
             None => Pool::new(&bench, &tolerances, &saturation.curves, ringing),
@@ -175,7 +178,7 @@ pub(crate) fn run<'s>(
         if is_far {
             // no further search, but what was found is to be true where the law is
             values = led;
-            bench = around(simulation, nominal, side, &rows, training, &values)?;
+            bench = around(simulation, nominal, scene, &rows, training, &values)?;
             pool = pool.again(&bench, &Tolerances { nominal, moved: &values });
             let again = bench.candidates(members.into_iter().map(|member| member.candidate.source));
             members = again.into_iter().map(|candidate| bench.take(candidate)).collect();
@@ -214,7 +217,7 @@ pub(crate) fn run<'s>(
 fn around<'s>(
     simulation: &Simulation,
     nominal: &Nominal,
-    side: &'s Side<'s>,
+    Scene { side, seen_from_m, .. }: Scene<'s>,
     rows: &Rows,
     training: &[bool],
     values: &[f64],
@@ -224,6 +227,7 @@ fn around<'s>(
     let mut bench =
         Bench::new(rows.clone(), &side.contexts, training.to_vec(), &mismatch, tangent, prior(nominal, values));
     bench.is_relative = simulation.axis.position_reference == PositionReference::Relative;
+    bench.seen_from_m = seen_from_m;
     bench.largest = rows.white(&side.drag_n).iter().map(|x| f64::from(*x) * f64::from(*x)).sum();
     Ok(bench)
 }

@@ -4,9 +4,9 @@
 //! the rows resolve, and every row on the wrong side is off by the whole drag: a handful of them outweighs all else. Once
 //! play is found, the rows up to its edge are set aside, and the search looks at the others.
 
-use simulation::mechanism::{Context, Id};
+use simulation::mechanism::{Added, Context, Id};
 
-use crate::bench::{Source, raw_columns, weighted};
+use crate::bench::{Source, added, raw_columns, weighted};
 use crate::finding::finding;
 use crate::nominal::Nominal;
 use crate::passes::Found;
@@ -51,11 +51,16 @@ impl Play {
         })
     }
 
+    /// Travel since a reversal from which on all of the force arrives, m.
+    pub(crate) fn edge_m(&self) -> f64 {
+        let Source::Mechanism { shape, .. } = &self.source else { return 0.0 };
+        let gap_m = shape.first().copied().unwrap_or(0.0);
+        gap_m + shape.get(1).copied().unwrap_or(0.0) + (BEYOND * gap_m).max(AT_LEAST_M)
+    }
+
     /// Takes the rows up to the edge out of the training.
     pub(crate) fn set_aside(&self, side: &Side<'_>, training: &mut [bool]) {
-        let Source::Mechanism { shape, .. } = &self.source else { return };
-        let gap_m = shape.first().copied().unwrap_or(0.0);
-        let edge_m = gap_m + shape.get(1).copied().unwrap_or(0.0) + (BEYOND * gap_m).max(AT_LEAST_M);
+        let edge_m = self.edge_m();
         let since_turn_m = side.contexts.iter().flat_map(Context::since_turn_m);
         training.iter_mut().zip(since_turn_m).for_each(|(training, since_m)| *training &= *since_m > edge_m);
     }
@@ -72,7 +77,7 @@ impl Play {
     }
 
     /// For a simulation file.
-    pub(crate) fn added(&self) -> Option<simulation::mechanism::Added> {
-        crate::bench::added(&self.source, &self.amplitudes)
+    pub(crate) fn added(&self) -> Option<Added> {
+        added(&self.source, &self.amplitudes)
     }
 }

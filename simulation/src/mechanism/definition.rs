@@ -73,6 +73,9 @@ pub enum Search {
     AlongStroke,
     /// The same up to twice the recorded travel: a longer decay is a constant, and a seal's friction its simpler name.
     AlongTravel,
+    /// The same from the travel on at which the force arrives after a reversal: beside play of the coupling, what is over
+    /// before that is not seen.
+    SinceTurn,
     /// The length of a wave along the rail: far more values differ than a grid could hold, and a spectrum over the
     /// position tells all of them at once.
     Wave,

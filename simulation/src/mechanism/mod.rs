@@ -85,6 +85,11 @@ const fn along_travel(name: &'static str, from: f64, to: f64, grid: usize) -> Sh
     ShapeParameter { name, unit: "m", from, to, log: true, grid, search: Search::AlongTravel }
 }
 
+/// A distance from a reversal on, which play of the coupling may hide.
+const fn since_turn(name: &'static str, from: f64, to: f64, grid: usize) -> ShapeParameter {
+    ShapeParameter { name, unit: "m", from, to, log: true, grid, search: Search::SinceTurn }
+}
+
 /// The length of a wave along the rail, m, found by spectrum.
 const fn wave(name: &'static str, from: f64, to: f64) -> ShapeParameter {
     ShapeParameter { name, unit: "m", from, to, log: true, grid: 60, search: Search::Wave }

@@ -7,7 +7,7 @@ use super::context::Context;
 use super::definition::{Columns, Definition, Form, Kind};
 use super::filter::lag;
 use super::id::Id;
-use super::{Positive, amplitude, part, ratio, shown, whole};
+use super::{Positive, amplitude, part, ratio, shown, since_turn, whole};
 
 /// Lengths of the slip elements over the longest one, which gives way last.
 const ELEMENTS: [f64; 4] = [0.1, 0.3, 0.6, 1.0];
@@ -19,7 +19,7 @@ pub(super) const PRESLIDING: Definition = Definition {
     forms: &[
         Form {
             name: "minimal",
-            shape: &[ratio("length_m", "m", 1e-5, 1e-3, 7)],
+            shape: &[since_turn("length_m", 1e-5, 1e-3, 7)],
             amplitudes: &[part("part", 1.0)],
             columns: |context, shape| {
                 let length = *shape.first()?;
@@ -32,7 +32,7 @@ pub(super) const PRESLIDING: Definition = Definition {
         },
         Form {
             name: "maxwell-slip",
-            shape: &[ratio("length_m", "m", 5e-5, 2e-3, 7)],
+            shape: &[since_turn("length_m", 5e-5, 2e-3, 7)],
             amplitudes: &[
                 amplitude("part_at_tenth", "", Positive, 0.25),
                 amplitude("part_at_three_tenths", "", Positive, 0.25),
