@@ -51,7 +51,7 @@ impl Play {
         })
     }
 
-    /// Travel since a reversal from which on all of the force arrives, m.
+    /// Travel since the force has turned from which on all of it arrives, m.
     pub(crate) fn edge_m(&self) -> f64 {
         let Source::Mechanism { shape, .. } = &self.source else { return 0.0 };
         let gap_m = shape.first().copied().unwrap_or(0.0);
@@ -61,13 +61,20 @@ impl Play {
     /// Takes the rows up to the edge out of the training.
     pub(crate) fn set_aside(&self, side: &Side<'_>, training: &mut [bool]) {
         let edge_m = self.edge_m();
-        let since_turn_m = side.contexts.iter().flat_map(Context::since_turn_m);
-        training.iter_mut().zip(since_turn_m).for_each(|(training, since_m)| *training &= *since_m > edge_m);
+        let since_m = side.contexts.iter().flat_map(Context::since_push_m);
+        training.iter_mut().zip(since_m).for_each(|(training, since_m)| *training &= since_m > edge_m);
     }
 
     /// Its force over the rows of all runs, N.
     pub(crate) fn force(&self, contexts: &[Context<'_>]) -> Vec<f64> {
         raw_columns(&self.source, contexts).map(|columns| weighted(&columns, &self.amplitudes)).unwrap_or_default()
+    }
+
+    /// Share of every other force that arrives, row by row of all runs.
+    pub(crate) fn arriving(&self, contexts: &[Context<'_>]) -> Vec<f64> {
+        let law = contexts.iter().flat_map(|context| &context.steady.force_n);
+        let share = |(taken, law): (f64, &f64)| if *law != 0.0 { (1.0 + taken / law).clamp(0.0, 1.0) } else { 1.0 };
+        self.force(contexts).into_iter().zip(law).map(share).collect()
     }
 
     /// What is reported with this share of the mismatch.

@@ -87,13 +87,15 @@ struct Scene<'a> {
 impl Scene<'_> {
     fn stages(&self, side: &Side<'_>, crosses: bool) -> Result<Stages, String> {
         let mut after = side.residual(self.nominal, &self.found.with_shifts)?;
+        let arriving = self.play.map_or_else(Vec::new, |play| play.arriving(&side.contexts));
+        let arriving = |row: usize| arriving.get(row).copied().unwrap_or(1.0);
         for at in 0..self.found.members.len() {
             let force = match self.force(&side.contexts, at, crosses) {
                 None if crosses => self.without_place(&side.contexts, at),
                 force => force,
             };
-            for (after, force) in after.iter_mut().zip(force.unwrap_or_default()) {
-                *after -= force;
+            for (row, (after, force)) in after.iter_mut().zip(force.unwrap_or_default()).enumerate() {
+                *after -= arriving(row) * force;
             }
         }
         let play = self.play.map(|play| play.force(&side.contexts)).unwrap_or_default();

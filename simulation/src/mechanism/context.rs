@@ -189,9 +189,26 @@ impl<'a> Context<'a> {
         self.run.is_empty()
     }
 
-    /// Travel since the last turn of the drive, a turn of less than a row's noise included, m, row by row.
-    pub fn since_turn_m(&self) -> &[f64] {
-        &self.path.since_turn_m
+    /// Distance since the force that the law expects has changed its sign, m: that is where a coupling leaves one flank for
+    /// the other. Without inertia it is the distance since the last reversal; a mass that is slowed down changes the flank
+    /// before. [`FAR_M`] until then.
+    pub fn since_push_m(&self) -> Vec<f64> {
+        let (mut sign, mut from) = (0.0, None);
+        (0..self.len())
+            .map(|n| {
+                let now = self.steady.force_n[n];
+                if self.path.starts[n] {
+                    (sign, from) = (0.0, None);
+                }
+                if now.is_finite() && now != 0.0 && now.signum() != sign {
+                    if sign != 0.0 {
+                        from = Some(self.travel_m[n] - self.path.step_m[n]);
+                    }
+                    sign = now.signum();
+                }
+                from.map_or(FAR_M, |from| (self.travel_m[n] - from).max(0.0))
+            })
+            .collect()
     }
 
     /// Speed of a row, m/s, without sign.

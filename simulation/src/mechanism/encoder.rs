@@ -16,7 +16,7 @@ pub(super) const COUPLING_BACKLASH: Definition = Definition {
             amplitudes: &[whole("part", 0.4)],
             columns: |context, shape| play(context, *shape.first()?, 0.0),
             phase_bound: false,
-            equation: "F = -part·F_law while the travel since the reversal is below gap",
+            equation: "F = -part·F_law while the travel since F_law has changed its sign is below gap",
         },
         Form {
             name: "closing",
@@ -36,7 +36,7 @@ pub(super) const COUPLING_BACKLASH: Definition = Definition {
 };
 
 fn play(context: &Context<'_>, gap: f64, closing: f64) -> Option<Columns> {
-    let since = &context.path.since_turn_m;
+    let since = context.since_push_m();
     let open = |s: f64| {
         if s < gap {
             1.0
