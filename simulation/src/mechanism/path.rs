@@ -22,8 +22,6 @@ pub(crate) struct Path {
     pub(crate) step_m: Vec<f64>,
     /// Distance since the last reversal or start.
     pub(crate) since_start_m: Vec<f64>,
-    /// Distance since the last reversal.
-    pub(crate) since_turn_m: Vec<f64>,
     /// Rest before the present movement, s.
     pub(crate) dwell_s: Vec<f64>,
     /// Whether the carriage rests.
@@ -40,7 +38,6 @@ impl Path {
             travel_m: vec![0.0; rows],
             step_m: vec![0.0; rows],
             since_start_m: vec![FAR_M; rows],
-            since_turn_m: vec![FAR_M; rows],
             dwell_s: vec![0.0; rows],
             at_rest: vec![false; rows],
             starts: vec![false; rows],
@@ -88,8 +85,8 @@ impl Path {
         let first = rows.clone().map(sign).find(|s| *s != 0.0).unwrap_or(1.0);
         let moving = sign(rows.start) != 0.0;
         let mut direction = first;
-        // places of the last turn and start; unknown where the part starts in motion
-        let (mut turn, mut start): (Option<f64>, Option<f64>) = (None, (!moving).then(|| x[rows.start]));
+        // place of the last start; unknown where the part starts in motion
+        let mut start: Option<f64> = (!moving).then(|| x[rows.start]);
         let mut dwell = 0.0;
         let mut resting: Option<f64> = (!moving).then(|| time[rows.start]);
         let mut furthest = x[rows.start];
@@ -110,7 +107,7 @@ impl Path {
                     direction = now;
                     travelled += (furthest - before).abs();
                     step = direction * (x[n] - furthest);
-                    (turn, start) = (Some(furthest), Some(furthest));
+                    start = Some(furthest);
                     dwell = 0.0;
                 } else if rested >= LEAST_REST_S {
                     start = Some(before);
@@ -124,9 +121,7 @@ impl Path {
             self.step_m[n] = step;
             self.direction[n] = direction;
             self.travel_m[n] = travelled.max(0.0);
-            let since = |place: Option<f64>| place.map_or(FAR_M, |place| (direction * (x[n] - place)).max(0.0));
-            self.since_start_m[n] = since(start);
-            self.since_turn_m[n] = since(turn);
+            self.since_start_m[n] = start.map_or(FAR_M, |place| (direction * (x[n] - place)).max(0.0));
             self.dwell_s[n] = dwell;
         }
         travelled
