@@ -18,6 +18,9 @@ use crate::rest::shares;
 use crate::scores::Proof;
 use crate::side::Side;
 
+/// Error on rows that were set aside, of that of the simulation as it was given, from which on a warning is due.
+const WORSE: f64 = 1.1;
+
 /// Writes both.
 #[expect(clippy::too_many_arguments, reason = "what was found, and where it is written down")]
 pub(crate) fn write(
@@ -96,7 +99,9 @@ pub(crate) fn write(
     let noise_over_step = |(step, _): (f64, f64)| (balance.noise_n / step).clamp(0.02, 0.5);
     augmented.mechanisms.extend(rounding.map(|it| shown(Id::ForceQuantisation, noise_over_step(it))));
     augmented.mechanisms.extend(clipped.map(|(limit, _)| shown(Id::ForceSaturation, limit)));
-    if !found.members.is_empty() && proof.holdout.improvement_ci95[1] < 0.0 {
+    let held = &proof.holdout;
+    let is_worse = held.improvement_ci95[1] < 0.0 || held.rmse_after_n > WORSE * held.rmse_before_n;
+    if !found.members.is_empty() && is_worse {
         let text = "what was found makes the error larger on the rows that were set aside: it does not carry over, and the \
                     augmented simulation is not to be used there";
         quality.warnings.push(text.to_owned());

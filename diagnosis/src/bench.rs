@@ -313,6 +313,12 @@ impl<'a> Bench<'a> {
         }
     }
 
+    /// The members alone: the law stays where it is.
+    pub(crate) fn fit_beside_law(&self, members: &[Member]) -> Fit {
+        let of_members: Vec<usize> = members.iter().flat_map(|member| member.base.iter().copied()).collect();
+        self.fit(&of_members)
+    }
+
     /// What a fit leaves, whitened.
     pub(crate) fn rest(&self, fit: &Fit) -> Vec<f32> {
         let mut rest = self.base[0].clone();

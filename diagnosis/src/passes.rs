@@ -142,19 +142,7 @@ pub(crate) fn run<'s>(
             extra.extend(bench.raw(&member.candidate.source).unwrap_or_default());
         }
         let left = saturation.rest(&rows, &side.contexts, &mismatch, &tangent, &extra);
-        let is_far = |there: &[f64]| {
-            !nominal.is_incomplete() && there.iter().zip(&values).any(|(there, here)| (there - here).abs() > FAR)
-        };
-        let mut led = shifted(
-            nominal,
-            &moved(nominal, &values, &fit.values[..values.len()]),
-            &members,
-            &amplitudes(&members, &fit),
-        );
-        if is_far(&led) {
-            led = settled(nominal, side, &rows, training, &members, &values)?;
-        }
-        let is_far = is_far(&led);
+        let led = led(nominal, side, &rows, training, &bench, &members, &values)?;
         let mut learnt = None;
         if pass < 2 && !members.is_empty() {
             let mut anew = rows.clone();
@@ -164,34 +152,38 @@ pub(crate) fn run<'s>(
             let is_tamed = rows.tails() > FEW_TAILS && 2 * anew.tails() < rows.tails();
             learnt = (is_coloured || is_tamed).then_some(anew);
         }
-        if pass < MOST_PASSES && (is_far || learnt.is_some()) {
+        if pass < MOST_PASSES && (led.is_some() || learnt.is_some()) {
             *kept = Some((rows.clone(), pool));
             if let Some(learnt) = learnt {
                 rows = learnt;
             }
-            if is_far {
-                values = led;
-            }
+            values = led.unwrap_or(values);
             continue;
         }
         let noise_n = noise_rms(&rows, &left);
-        if is_far {
-            // no further search, but what was found is to be true where the law is
+        drop_small(&bench, &mut members);
+        let doubts = doubted(&mut bench, &mut pool, &tolerances, &mut members, floor);
+        // no further search, but what was found is to be true where it leads the law to
+        if let Some(led) = self::led(nominal, side, &rows, training, &bench, &members, &values)? {
             values = led;
             bench = around(simulation, nominal, scene, &rows, training, &values)?;
             pool = pool.again(&bench, &Tolerances { nominal, moved: &values });
-            let again = bench.candidates(members.into_iter().map(|member| member.candidate.source));
-            members = again.into_iter().map(|candidate| bench.take(candidate)).collect();
+            members = again(&mut bench, members);
         }
         let tolerances = Tolerances { nominal, moved: &values };
-        drop_small(&bench, &mut members);
-        let doubts = doubted(&mut bench, &mut pool, &tolerances, &mut members, floor);
         let sets = tell_apart(&mut bench, &mut pool, &tolerances, &mut members, &doubts, is_coarse);
         let equivalents: Vec<String> =
             sets.iter().flat_map(|set| &set.candidates).map(|candidate| id_of(&candidate.source)).collect();
         let considered = considered::of(&bench, &mut pool, &tolerances, &members, &equivalents);
-        let fit = bench.fit_members(&members);
-        let calibrated = moved(nominal, &values, &fit.values[..values.len()]);
+        let mut fit = bench.fit_members(&members);
+        let mut calibrated = moved(nominal, &values, &fit.values[..values.len()]);
+        if !nominal.is_incomplete() && is_worse(nominal, side, &bench, &members, &fit, (&calibrated, start))? {
+            // where law and causes make up for one another, straight lines lead nowhere: the law stays where it was
+            bench = around(simulation, nominal, scene, &rows, training, start)?;
+            members = again(&mut bench, members);
+            fit = bench.fit_beside_law(&members);
+            calibrated = start.to_vec();
+        }
         let with_shifts = shifted(nominal, &calibrated, &members, &amplitudes(&members, &fit));
         let p_no_mismatch = first.p_no_mismatch.min(p_of_curve).min(p_of_surest(&bench, &pool, &members));
         *kept = Some((rows, pool));
@@ -211,6 +203,57 @@ pub(crate) fn run<'s>(
         });
     }
     Err("the search did not end".to_owned())
+}
+
+/// Where the law comes to rest beside the members; `None` where that is near enough for straight lines.
+fn led(
+    nominal: &Nominal,
+    side: &Side<'_>,
+    rows: &Rows,
+    training: &[bool],
+    bench: &Bench<'_>,
+    members: &[Member],
+    values: &[f64],
+) -> Result<Option<Vec<f64>>, String> {
+    let is_far = |there: &[f64]| {
+        !nominal.is_incomplete() && there.iter().zip(values).any(|(there, here)| (there - here).abs() > FAR)
+    };
+    let fit = bench.fit_members(members);
+    let straight = shifted(
+        nominal,
+        &moved(nominal, values, &fit.values[..values.len()]),
+        members,
+        &amplitudes(members, &fit),
+    );
+    if !is_far(&straight) {
+        return Ok(None);
+    }
+    Ok(Some(settled(nominal, side, rows, training, members, values)?).filter(|there| is_far(there)))
+}
+
+/// Whether the law moved to where it was led, with the members, is farther from the force than the law alone at `start`.
+fn is_worse(
+    nominal: &Nominal,
+    side: &Side<'_>,
+    bench: &Bench<'_>,
+    members: &[Member],
+    fit: &Fit,
+    (led, start): (&[f64], &[f64]),
+) -> Result<bool, String> {
+    let amplitudes = amplitudes(members, fit);
+    let mut left = side.residual(nominal, &shifted(nominal, led, members, &amplitudes))?;
+    let causes = members.iter().zip(&amplitudes).filter(|(m, _)| !matches!(m.candidate.source, Source::Shift { .. }));
+    for (member, amplitudes) in causes {
+        let force = bench.force(&member.candidate.source, amplitudes);
+        left.iter_mut().zip(force).for_each(|(left, force)| *left -= force);
+    }
+    Ok(rms(&bench.rows.plain(&left)) > rms(&bench.rows.plain(&side.residual(nominal, start)?)))
+}
+
+/// The same members on another bench.
+fn again(bench: &mut Bench<'_>, members: Vec<Member>) -> Vec<Member> {
+    let one = |member: Member| bench.candidate(member.candidate.source).map(|candidate| bench.take(candidate));
+    members.into_iter().filter_map(one).collect()
 }
 
 /// The mismatch around the law at some values.

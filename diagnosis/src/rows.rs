@@ -26,6 +26,9 @@ pub(crate) const FOLDS: usize = 4;
 /// Residuals of more standard deviations than this count less.
 const TAIL: f64 = 4.0;
 
+/// Residuals of more standard deviations than this are no noise.
+const STANDS_OUT: f64 = 6.0;
+
 /// Residuals of more standard deviations than this pull no harder on a law that does not know all that acts.
 const HUBER: f64 = 1.5;
 
@@ -257,7 +260,7 @@ impl Rows {
             .map(|stretch| {
                 let scale = scales[stretch.group];
                 let mut x: Vec<f64> = self.averaged(stretch, residual).iter().map(|x| x / scale).collect();
-                let stands_out: Vec<bool> = x.iter().map(|x| !(x.abs() < TAIL)).collect();
+                let stands_out: Vec<bool> = x.iter().map(|x| !(x.abs() < STANDS_OUT)).collect();
                 for own in stands_out.chunk_by(PartialEq::eq).scan(0, |row, own| {
                     *row += own.len();
                     Some(*row - own.len()..*row)
