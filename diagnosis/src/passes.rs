@@ -219,12 +219,8 @@ fn led(
         !nominal.is_incomplete() && there.iter().zip(values).any(|(there, here)| (there - here).abs() > FAR)
     };
     let fit = bench.fit_members(members);
-    let straight = shifted(
-        nominal,
-        &moved(nominal, values, &fit.values[..values.len()]),
-        members,
-        &amplitudes(members, &fit),
-    );
+    let straight =
+        shifted(nominal, &moved(nominal, values, &fit.values[..values.len()]), members, &amplitudes(members, &fit));
     if !is_far(&straight) {
         return Ok(None);
     }

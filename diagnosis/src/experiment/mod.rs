@@ -284,7 +284,12 @@ mod tests {
         let training = side.compared.clone();
         let mut rows = Rows::new(&runs, &training, 1);
         let calibrated = calibrate(&simulation, &nominal, side, &mut rows, &training).expect("sound");
-        let scene = passes::Scene { side: &calibrated.side, saturation: &calibrated.saturation, ringing: Some(&[]), seen_from_m: 0.0 };
+        let scene = passes::Scene {
+            side: &calibrated.side,
+            saturation: &calibrated.saturation,
+            ringing: Some(&[]),
+            seen_from_m: 0.0,
+        };
         let found =
             passes::run(&simulation, &nominal, scene, rows, &training, &calibrated.values, &mut None).expect("ends");
         assert_eq!(found.members.len(), 1);
