@@ -285,7 +285,10 @@ impl<'a> Bench<'a> {
     /// The law and the members together, every amplitude with a sign that its cause can have: what pulls the wrong way
     /// beside the others is left out, the worst first.
     pub(crate) fn fit_members(&self, members: &[Member]) -> Fit {
-        let mut active = self.active(members);
+        self.fit_signed(self.active(members), members)
+    }
+
+    fn fit_signed(&self, mut active: Vec<usize>, members: &[Member]) -> Fit {
         loop {
             let fit = self.fit(&active);
             let against = |column: usize, (least, most): (f64, f64)| {
@@ -316,7 +319,7 @@ impl<'a> Bench<'a> {
     /// The members alone: the law stays where it is.
     pub(crate) fn fit_beside_law(&self, members: &[Member]) -> Fit {
         let of_members: Vec<usize> = members.iter().flat_map(|member| member.base.iter().copied()).collect();
-        self.fit(&of_members)
+        self.fit_signed(of_members, members)
     }
 
     /// What a fit leaves, whitened.

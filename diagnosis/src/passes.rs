@@ -162,7 +162,7 @@ pub(crate) fn run<'s>(
         }
         let noise_n = noise_rms(&rows, &left);
         drop_small(&bench, &mut members);
-        let doubts = doubted(&mut bench, &mut pool, &tolerances, &mut members, floor);
+        let mut doubts = doubted(&mut bench, &mut pool, &tolerances, &mut members, floor);
         // no further search, but what was found is to be true where it leads the law to
         if let Some(led) = self::led(nominal, side, &rows, training, &bench, &members, &values)? {
             values = led;
@@ -171,7 +171,7 @@ pub(crate) fn run<'s>(
             members = again(&mut bench, members);
         }
         let tolerances = Tolerances { nominal, moved: &values };
-        let sets = tell_apart(&mut bench, &mut pool, &tolerances, &mut members, &doubts, is_coarse);
+        let mut sets = tell_apart(&mut bench, &mut pool, &tolerances, &mut members, &doubts, is_coarse);
         let equivalents: Vec<String> =
             sets.iter().flat_map(|set| &set.candidates).map(|candidate| id_of(&candidate.source)).collect();
         let considered = considered::of(&bench, &mut pool, &tolerances, &members, &equivalents);
@@ -182,6 +182,16 @@ pub(crate) fn run<'s>(
             bench = around(simulation, nominal, scene, &rows, training, start)?;
             members = again(&mut bench, members);
             fit = bench.fit_beside_law(&members);
+            // what would pull the wrong way there is not there
+            for at in (0..members.len())
+                .rev()
+                .filter(|at| !members[*at].base.iter().any(|c| fit.active.contains(c)))
+                .collect::<Vec<_>>()
+            {
+                members.remove(at);
+                doubts.remove(at);
+                sets.remove(at);
+            }
             calibrated = start.to_vec();
         }
         let with_shifts = shifted(nominal, &calibrated, &members, &amplitudes(&members, &fit));
