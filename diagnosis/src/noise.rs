@@ -456,6 +456,24 @@ mod tests {
     }
 
     #[test]
+    fn rows_that_are_missing_do_not_colour_white_noise() {
+        let mut x = white(20_000, 5);
+        let is_missing = |n: usize| n % 500 < 120;
+        (0..x.len()).filter(|n| is_missing(*n)).for_each(|n| x[n] = f64::NAN);
+        let whitening = Whitening::of(&[x], MAX_ORDER);
+        for frequency in [0.01, 0.1, 0.5] {
+            let power = whitening.power(frequency);
+            assert!((0.7..1.4).contains(&power), "{frequency}: {power}");
+        }
+        // few differences tell the slowest part: it is taken larger than it looks
+        assert!(whitening.power(0.0) > 0.4, "{}", whitening.power(0.0));
+        // what leads across them would
+        let mut bridged = white(20_000, 5);
+        (0..bridged.len()).filter(|n| is_missing(*n)).for_each(|n| bridged[n] = 6.0);
+        assert!(Whitening::of(&[bridged], MAX_ORDER).power(0.0) < 0.2);
+    }
+
+    #[test]
     fn white_noise_is_left_alone() {
         let whitening = Whitening::of(&[white(20_000, 5)], MAX_ORDER);
         assert!(whitening.order() <= 1);

@@ -135,6 +135,20 @@ fn play_takes_the_force_away_over_its_gap_after_a_reversal_only() {
 }
 
 #[test]
+fn play_opens_where_the_force_turns_and_be_it_before_the_carriage_does() {
+    // a mass that is slowed down: at 0.1 m/s throughout, pushed until 1 s and held back from then on
+    let run = recorded(400, 0.005, |t| if t < 1.0 { 10.0 } else { -10.0 });
+    let taken = column(&run, Id::CouplingBacklash, 0, &[5e-3]);
+    for (n, taken) in taken.iter().enumerate() {
+        let since_s = n as f64 * 0.005 - 1.0;
+        if (since_s - 0.05).abs() > 0.006 {
+            let expected = if (-1e-9..0.05).contains(&since_s) { 10.0 } else { 0.0 };
+            assert_eq!(*taken, expected, "{since_s} s");
+        }
+    }
+}
+
+#[test]
 fn noise_of_the_speed_bends_the_law_as_its_second_derivative_says() {
     let run = rich(12_000);
     let motion = Motion::of(&run);
