@@ -16,10 +16,11 @@
 
 use simulation::mechanism::Id;
 
-use crate::bench::{Bench, Fit, Member, Source};
+use crate::bench::{Bench, Fit, Member};
 use crate::linear::{products, remove};
 use crate::load_law;
 use crate::rows::Gram;
+use crate::source::Source;
 
 /// Why a cause that explains much is not named.
 #[derive(Clone, Copy, Debug, PartialEq)]

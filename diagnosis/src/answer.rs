@@ -4,7 +4,7 @@ use simulation::Simulation;
 use simulation::mechanism::{Added, Id};
 
 use crate::balance::{Aside, Balance};
-use crate::bench::{Member, added};
+use crate::bench::Member;
 use crate::equivalents;
 use crate::experiment;
 use crate::export;
@@ -17,6 +17,7 @@ use crate::report::{DataQuality, Diagnosis, Finding, NextExperiment, Region, SCH
 use crate::rest::shares;
 use crate::scores::Proof;
 use crate::side::Side;
+use crate::source::added;
 
 /// Error on rows that were set aside, of that of the simulation as it was given, from which on a warning is due.
 const WORSE: f64 = 1.1;

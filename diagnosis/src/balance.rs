@@ -79,10 +79,9 @@ impl Balance {
         // beside a name, what its form leaves may stand out
         let is_bare = is_smooth && found.members.is_empty() && play.is_none();
         let bursts = if is_bare { bursts(side, &proof.own.calibrated) } else { None };
+        let bursts = bursts.map(|bursts| (bursts.p, bursts.power_n2.min(0.9 * noise)));
         let (is_unsteady, p_steady, coherent) = match bursts {
-            Some(bursts) if is_worth_it(bursts.power_n2.min(0.9 * noise)) => {
-                (true, bursts.p.min(unsteady.p), coherent.max(bursts.power_n2.min(0.9 * noise)))
-            }
+            Some((p, power)) if is_worth_it(power) => (true, p.min(unsteady.p), coherent.max(power)),
             _ => (is_unsteady, unsteady.p, coherent),
         };
         let is_clipped = side.limit_n.is_some() && !is_known(Id::ForceSaturation);

@@ -4,12 +4,12 @@
 //! A column is made once, whitened once and kept. Cross products are made when a fit first needs them. The base holds
 //! the mismatch (column 0), the tangent of the law and the columns of whatever has been taken up.
 
-use simulation::mechanism::{Added, Context, Definition, Id, Search, Sign};
+use simulation::mechanism::{Context, Search};
 
 use crate::linear::{Cholesky, Symmetric, dot, products};
 use crate::locks::{Locks, locks};
 use crate::rows::{Gram, Rows};
-use crate::story::Curve;
+use crate::source::{Source, raw_columns, weighted};
 
 /// Share of the evidence that every number of a form must earn beside what chance would give it: a form is an
 /// idealisation, and a longer one that follows the truth a little closer is no better a name.
@@ -20,67 +20,6 @@ const AT_ONCE: usize = 8;
 
 /// Candidates that are multiplied in one go.
 const TOGETHER: usize = 128;
-
-/// Where a set of columns comes from.
-#[derive(Clone, Debug)]
-pub(crate) enum Source {
-    /// A form of a mechanism, at values of its shape parameters.
-    Mechanism { definition: &'static Definition, form: usize, shape: Vec<f64> },
-    /// A parameter of the law, free of its tolerance.
-    Shift { parameter: usize },
-    /// A curve without a story.
-    Story { curve: Curve },
-}
-
-impl Source {
-    /// Whether both stand for the same cause.
-    pub(crate) fn is_kin(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Source::Mechanism { definition: a, .. }, Source::Mechanism { definition: b, .. }) => a.id == b.id,
-            (Source::Shift { parameter: a }, Source::Shift { parameter: b }) => a == b,
-            (Source::Story { curve: a }, Source::Story { curve: b }) => a.axis == b.axis && a.carrier == b.carrier,
-            _ => false,
-        }
-    }
-
-    /// Whether it is a form of this mechanism.
-    pub(crate) fn is(&self, id: Id) -> bool {
-        matches!(self, Source::Mechanism { definition, .. } if definition.id == id)
-    }
-
-    pub(crate) fn is_story(&self) -> bool {
-        matches!(self, Source::Story { .. })
-    }
-
-    /// Whether it is the first form of a mechanism.
-    pub(crate) fn is_minimal(&self) -> bool {
-        matches!(self, Source::Mechanism { form: 0, .. })
-    }
-
-    /// Number of shape parameters.
-    pub(crate) fn shapes(&self) -> usize {
-        match self {
-            Source::Mechanism { shape, .. } => shape.len(),
-            _ => 0,
-        }
-    }
-
-    /// Least and largest value of every amplitude.
-    fn bounds(&self, amplitudes: usize) -> Vec<(f64, f64)> {
-        match self {
-            Source::Mechanism { definition, form, .. } => definition.forms[*form]
-                .amplitudes
-                .iter()
-                .map(|amplitude| match amplitude.sign {
-                    Sign::Positive => (amplitude.least, amplitude.most),
-                    Sign::Negative => (-amplitude.most, -amplitude.least),
-                    Sign::Free => (-amplitude.most, amplitude.most),
-                })
-                .collect(),
-            _ => vec![(f64::NEG_INFINITY, f64::INFINITY); amplitudes],
-        }
-    }
-}
 
 /// Whitened columns of a source, and their cross products with the base as far as they are known.
 #[derive(Clone, Debug)]
@@ -171,7 +110,7 @@ pub(crate) struct Bench<'a> {
     pub(crate) is_relative: bool,
     /// Time between two rows, s.
     pub(crate) step_s: f64,
-    /// Travel since a reversal from which on rows are compared, m.
+    /// Travel since the force has turned from which on rows are compared, m.
     pub(crate) seen_from_m: f64,
     /// Stroke and travel of the longest run, m.
     stroke_m: f64,
@@ -529,41 +468,6 @@ fn stroke_m(position_m: &[f64]) -> f64 {
     (finite().fold(f64::NEG_INFINITY, f64::max) - finite().fold(f64::INFINITY, f64::min)).max(0.0)
 }
 
-/// Columns of a mechanism or a curve over the rows of these runs, laid end to end.
-pub(crate) fn raw_columns(source: &Source, contexts: &[Context<'_>]) -> Option<Vec<Vec<f64>>> {
-    let count = match source {
-        Source::Mechanism { definition, form, .. } => definition.forms[*form].amplitudes.len(),
-        Source::Shift { .. } => return None,
-        Source::Story { curve } => curve.columns(contexts.first()?).len(),
-    };
-    let mut columns = vec![Vec::new(); count];
-    let mut shown = false;
-    for context in contexts {
-        let own = match source {
-            Source::Mechanism { definition, form, shape } => (definition.forms[*form].columns)(context, shape),
-            Source::Story { curve } => Some(curve.columns(context)),
-            Source::Shift { .. } => None,
-        };
-        shown |= own.is_some();
-        let rows = context.run.len();
-        for (k, column) in columns.iter_mut().enumerate() {
-            match own.as_ref().and_then(|own| own.get(k)) {
-                Some(own) if own.len() == rows => {
-                    column.extend(own.iter().map(|x| if x.is_finite() { *x } else { 0.0 }))
-                }
-                _ => column.resize(column.len() + rows, 0.0),
-            }
-        }
-    }
-    shown.then_some(columns)
-}
-
-/// Sum of columns, each times its amplitude.
-pub(crate) fn weighted(columns: &[Vec<f64>], amplitudes: &[f64]) -> Vec<f64> {
-    let rows = columns.first().map_or(0, Vec::len);
-    (0..rows).map(|n| columns.iter().zip(amplitudes).map(|(column, x)| column[n] * x).sum()).collect()
-}
-
 /// Least squares within bounds: what pulls the wrong way is left out and what goes too far is held at its end, the worst
 /// first.
 fn bounded(left: &Symmetric, right: &[f64], bounds: &[(f64, f64)]) -> (f64, Vec<f64>) {
@@ -597,15 +501,5 @@ fn bounded(left: &Symmetric, right: &[f64], bounds: &[(f64, f64)]) -> (f64, Vec<
                 return (nats.max(0.0), amplitudes);
             }
         }
-    }
-}
-
-/// An entry of an augmented simulation.
-pub(crate) fn added(source: &Source, amplitudes: &[f64]) -> Option<Added> {
-    match source {
-        Source::Mechanism { definition, form, shape } => {
-            Some(Added { id: definition.id, form: *form, shape: shape.clone(), amplitudes: amplitudes.to_vec() })
-        }
-        _ => None,
     }
 }

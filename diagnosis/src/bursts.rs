@@ -4,6 +4,7 @@
 //! Noise that is learnt from such a rest has its spectrum, and whitening hides it. In averages it stands out: nearly all
 //! are as far from their median as noise is, a few are many times farther, and those brake.
 
+use crate::events::BUILT_UP_M;
 use crate::noise::robust_sigma;
 use crate::side::Side;
 
@@ -24,9 +25,6 @@ const OUTSTANDING_OF_NOISE: f64 = 5.0;
 /// Fewest bursts that brake, and how many they are to one that pushes.
 const FEWEST_BURSTS: usize = 3;
 const TO_ONE_THAT_PUSHES: usize = 4;
-
-/// Travel behind a reversal or a start, m, where friction builds up and stands out, too.
-const BUILT_UP_M: f64 = 3e-3;
 
 /// What bursts there are.
 #[derive(Clone, Copy, Debug, PartialEq)]

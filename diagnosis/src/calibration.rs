@@ -2,11 +2,12 @@
 
 use simulation::Simulation;
 
-use crate::bench::{Bench, Member, Source};
+use crate::bench::{Bench, Member};
 use crate::nominal::Nominal;
 use crate::rows::Rows;
 use crate::saturation::Saturation;
 use crate::side::Side;
+use crate::source::Source;
 
 /// Most steps of Gauss and Newton.
 const MOST_STEPS: usize = 6;
@@ -52,7 +53,7 @@ pub(crate) fn calibrate<'a>(
         let flat = rows.flat(&mismatch);
         let bench = Bench::new(flat, &[], training.to_vec(), &mismatch, tangent, prior(nominal, &values));
         let next = tolerated(nominal, &bench, &values);
-        let way = next.iter().zip(&values).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let way = way(&values, &next);
         values = next;
         if step == 0 && nominal.is_incomplete() {
             side = side.again(simulation, nominal, &values)?;
@@ -90,7 +91,7 @@ pub(crate) fn unbound(
         let guess = prior(nominal, &values).into_iter().map(|(a, b)| (a / GUESS, b / GUESS)).collect();
         let bench = Bench::new(rows.flat(&mismatch), &[], training.to_vec(), &mismatch, tangent, guess);
         let next = moved(nominal, &values, &bench.fit(&bench.law()).values);
-        let way = next.iter().zip(&values).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let way = way(&values, &next);
         values = next;
         if way < ENOUGH {
             break;
@@ -139,6 +140,11 @@ fn tolerated(nominal: &Nominal, bench: &Bench<'_>, values: &[f64]) -> Vec<f64> {
             None => return next,
         }
     }
+}
+
+/// Longest way of a number from one choice of them to another.
+pub(crate) fn way(from: &[f64], to: &[f64]) -> f64 {
+    from.iter().zip(to).map(|(from, to)| (to - from).abs()).fold(0.0, f64::max)
 }
 
 /// Values after a step.

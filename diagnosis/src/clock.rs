@@ -9,8 +9,9 @@ use rustfft::num_complex::Complex;
 use simulation::mechanism::Context;
 use simulation::run::{Part, Run};
 
-use crate::bench::{Bench, Candidate, Fit, Source};
+use crate::bench::{Bench, Candidate, Fit};
 use crate::peaks::peaks;
+use crate::source::Source;
 use crate::story::{Carrier, Curve};
 
 /// Shortest period, s.

@@ -1,10 +1,11 @@
 //! What was considered and not named, and why.
 
-use crate::bench::{Bench, Gain, Member, Source};
+use crate::bench::{Bench, Gain, Member};
 use crate::finding::id_of;
 use crate::pool::{Pool, Tolerances, ranked};
 use crate::refine::refine;
 use crate::report::Considered;
+use crate::source::Source;
 
 /// Causes that are listed.
 const LISTED: usize = 8;

@@ -2,11 +2,12 @@
 
 use simulation::mechanism::{Id, library};
 
-use crate::bench::{Bench, Beside, Candidate, Gain, Member, Source};
+use crate::bench::{Bench, Beside, Candidate, Gain, Member};
 use crate::linear::{Cholesky, Symmetric, dot, products};
 use crate::pool::{Pool, Tolerances};
 use crate::refine::refine;
 use crate::search::simplicity;
+use crate::source::Source;
 
 /// Rivals this many nats behind are still in the race.
 const TIE: f64 = 3.0;

@@ -25,8 +25,8 @@ const CHANCE: f64 = 4e-3;
 /// Squared score above which a spot is no more evidence: what spots have in common the largest alone do not tell.
 const MOST_OF_ONE: f64 = 100.0;
 
-/// Travel behind a reversal or a start, m, where friction builds up: its leftovers are as long as a spot.
-const BUILT_UP_M: f64 = 3e-3;
+/// Travel behind a reversal or a start, m, where friction builds up: its leftovers are as long as a spot, and stand out as bursts do.
+pub(crate) const BUILT_UP_M: f64 = 3e-3;
 
 /// Travel to either side, m, over which the speed must not change by more than this share: the force of inertia and
 /// whatever follows the speed have the length of a spot where it does.

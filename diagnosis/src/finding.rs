@@ -3,13 +3,14 @@
 use simulation::mechanism::{Id, Kind, Search, definition};
 
 use crate::adequacy::Doubt;
-use crate::bench::{Bench, Fit, Member, Source};
+use crate::bench::{Bench, Fit, Member};
 use crate::events::{Number, Spots};
 use crate::nominal::Nominal;
 use crate::open_set;
 use crate::passes::Found;
 use crate::report::{Estimate, Finding};
 use crate::ringing::Heard;
+use crate::source::Source;
 
 /// An unknown that no curve follows.
 pub(crate) fn comes_and_goes(share: f64) -> Finding {

@@ -11,7 +11,9 @@
 //! nominal      the law as a function of what the simulation only assumes
 //! column_law   the same for a law that is known by a column of its force alone
 //! calibration  how far its numbers may move
-//! noise        what makes the noise white; rows: the one linear operation on every column
+//! noise        what makes the noise white; bridge: a line where rows are missing; rows: the one linear operation on every
+//!              column
+//! source       where a column comes from
 //! bench        the mismatch and all that may explain it, whitened; every fit is algebra on inner products
 //! locks        is an effect real? two tests that must agree
 //! ringing      a structure that rings, taken for noise; spectra: what stands out at every speed
@@ -35,6 +37,7 @@ mod adequacy;
 mod answer;
 mod balance;
 mod bench;
+mod bridge;
 mod bursts;
 mod calibration;
 mod clock;
@@ -73,6 +76,7 @@ mod scores;
 mod search;
 mod settle;
 mod side;
+mod source;
 mod spectra;
 mod spectrum;
 mod speed;

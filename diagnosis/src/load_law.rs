@@ -10,8 +10,9 @@
 
 use simulation::mechanism::Id;
 
-use crate::bench::{Bench, Fit, Member, Source};
+use crate::bench::{Bench, Fit, Member};
 use crate::linear::{products, remove};
+use crate::source::Source;
 
 /// Power of the load by which a force that does not feel it may seem to.
 const MOST: f64 = 0.1;

@@ -11,6 +11,8 @@
 //! Both are linear and the same for every column, so that a fit stays unbiased whatever they get wrong; what they get
 //! wrong about the size of the noise is the matter of [`crate::locks`].
 
+use crate::bridge::{bridge, gaps};
+
 /// Longest autoregression.
 pub(crate) const MAX_ORDER: usize = 16;
 
@@ -238,18 +240,8 @@ impl Whitening {
     /// The same where rows are missing: straight lines lead across them, and they are missing again behind the filter.
     fn applied_where_told(&self, x: &[f64]) -> Vec<f64> {
         let mut filled = x.to_vec();
-        let mut last = None;
-        for n in (0..x.len()).filter(|n| x[*n].is_finite()) {
-            let from = last.unwrap_or(n);
-            for k in last.map_or(0, |last| last + 1)..n {
-                let way = if n > from { (k - from) as f64 / (n - from) as f64 } else { 0.0 };
-                filled[k] = x[from] + way * (x[n] - x[from]);
-            }
-            last = Some(n);
-        }
-        match last {
-            Some(last) => filled[last + 1..].fill(x[last]),
-            None => filled.fill(0.0),
+        for gap in gaps(&x.iter().map(|x| x.is_finite()).collect::<Vec<_>>()) {
+            bridge(&mut filled, &gap);
         }
         let mut out = self.applied(&filled);
         out.iter_mut().zip(x).filter(|(_, x)| !x.is_finite()).for_each(|(out, x)| *out = *x);

@@ -3,10 +3,11 @@
 //! A curve without a story that explains what no named cause explains is an unknown cause. It is taken up beside the
 //! names that still earn their place next to it, so that the error falls although the name is missing.
 
-use crate::bench::{Bench, Candidate, Gain, Member, Source};
+use crate::bench::{Bench, Candidate, Gain, Member};
 use crate::clock::clocks;
 use crate::pool::{Pool, Tolerances, ranked};
 use crate::search::{Floor, is_open, is_relevant, p_of};
+use crate::source::Source;
 use crate::story::Axis;
 
 /// A curve must lead by this many nats ..

@@ -5,8 +5,8 @@ use simulation::file::PositionReference;
 use simulation::mechanism::Id;
 
 use crate::adequacy::{Doubt, doubts};
-use crate::bench::{Bench, Beside, Fit, Member, Source};
-use crate::calibration::{moved, prior, shifted};
+use crate::bench::{Bench, Beside, Fit, Member};
+use crate::calibration::{moved, prior, shifted, way};
 use crate::considered;
 use crate::equivalents::{self, Set};
 use crate::finding::id_of;
@@ -19,8 +19,9 @@ use crate::rows::Rows;
 use crate::sanity::quantum;
 use crate::saturation::Saturation;
 use crate::search::{self, Floor, search};
-use crate::settle::settled;
+use crate::settle::Valley;
 use crate::side::Side;
+use crate::source::Source;
 
 /// A cause whose force is smaller than this share of the noise is not worth a mention.
 const FLOOR_OF_NOISE: f64 = 0.05;
@@ -97,7 +98,7 @@ pub(crate) struct Scene<'s> {
     /// Shapes of a resonance that the spectrum points to; `None` where the speed is too noisy for one: what it makes of the
     /// acceleration rings at any frequency.
     pub(crate) ringing: Option<&'s [Vec<f64>]>,
-    /// Travel since a reversal from which on rows are compared, m.
+    /// Travel since the force has turned from which on rows are compared, m: what play of the coupling leaves to be seen.
     pub(crate) seen_from_m: f64,
 }
 
@@ -183,15 +184,11 @@ pub(crate) fn run<'s>(
             members = again(&mut bench, members);
             fit = bench.fit_beside_law(&members);
             // what would pull the wrong way there is not there
-            for at in (0..members.len())
-                .rev()
-                .filter(|at| !members[*at].base.iter().any(|c| fit.active.contains(c)))
-                .collect::<Vec<_>>()
-            {
-                members.remove(at);
-                doubts.remove(at);
-                sets.remove(at);
-            }
+            let acts: Vec<bool> =
+                members.iter().map(|member| member.base.iter().any(|column| fit.active.contains(column))).collect();
+            keep(&mut members, &acts);
+            keep(&mut doubts, &acts);
+            keep(&mut sets, &acts);
             calibrated = start.to_vec();
         }
         let with_shifts = shifted(nominal, &calibrated, &members, &amplitudes(&members, &fit));
@@ -225,16 +222,15 @@ fn led(
     members: &[Member],
     values: &[f64],
 ) -> Result<Option<Vec<f64>>, String> {
-    let is_far = |there: &[f64]| {
-        !nominal.is_incomplete() && there.iter().zip(values).any(|(there, here)| (there - here).abs() > FAR)
-    };
+    let is_far = |there: &[f64]| !nominal.is_incomplete() && way(values, there) > FAR;
     let fit = bench.fit_members(members);
     let straight =
         shifted(nominal, &moved(nominal, values, &fit.values[..values.len()]), members, &amplitudes(members, &fit));
     if !is_far(&straight) {
         return Ok(None);
     }
-    Ok(Some(settled(nominal, side, rows, training, members, values)?).filter(|there| is_far(there)))
+    let valley = Valley { nominal, side, rows, training, members };
+    Ok(Some(valley.settled(values)?).filter(|there| is_far(there)))
 }
 
 /// Whether the law moved to where it was led, with the members, is farther from the force than the law alone at `start`.
@@ -256,10 +252,22 @@ fn is_worse(
     Ok(rms(&bench.rows.plain(&left)) > rms(&bench.rows.plain(&side.residual(nominal, start)?)))
 }
 
-/// The same members on another bench.
+/// Those that are said to be kept.
+fn keep<T>(all: &mut Vec<T>, is_kept: &[bool]) {
+    let mut is_kept = is_kept.iter();
+    all.retain(|_| is_kept.next().copied().unwrap_or(true));
+}
+
+/// The same members on another bench of the same rows: a shift is a column of the law there, all else stays as it is.
 fn again(bench: &mut Bench<'_>, members: Vec<Member>) -> Vec<Member> {
-    let one = |member: Member| bench.candidate(member.candidate.source).map(|candidate| bench.take(candidate));
-    members.into_iter().filter_map(one).collect()
+    let one = |Member { mut candidate, .. }: Member| {
+        if let Source::Shift { .. } = candidate.source {
+            candidate = bench.candidate(candidate.source.clone()).unwrap_or(candidate);
+        }
+        candidate.forget();
+        bench.take(candidate)
+    };
+    members.into_iter().map(one).collect()
 }
 
 /// The mismatch around the law at some values.

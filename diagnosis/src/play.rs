@@ -6,13 +6,13 @@
 
 use simulation::mechanism::{Added, Context, Id};
 
-use crate::bench::{Source, added, raw_columns, weighted};
 use crate::finding::finding;
 use crate::nominal::Nominal;
 use crate::passes::Found;
 use crate::region::region;
 use crate::report::{Finding, Region};
 use crate::side::Side;
+use crate::source::{Source, added, raw_columns, weighted};
 
 /// Travel beyond the edge that may lie before it, of the gap, and at least, m: what an encoder of a micrometre does not
 /// tell.
@@ -68,13 +68,6 @@ impl Play {
     /// Its force over the rows of all runs, N.
     pub(crate) fn force(&self, contexts: &[Context<'_>]) -> Vec<f64> {
         raw_columns(&self.source, contexts).map(|columns| weighted(&columns, &self.amplitudes)).unwrap_or_default()
-    }
-
-    /// Share of every other force that arrives, row by row of all runs.
-    pub(crate) fn arriving(&self, contexts: &[Context<'_>]) -> Vec<f64> {
-        let law = contexts.iter().flat_map(|context| &context.steady.force_n);
-        let share = |(taken, law): (f64, &f64)| if *law != 0.0 { (1.0 + taken / law).clamp(0.0, 1.0) } else { 1.0 };
-        self.force(contexts).into_iter().zip(law).map(share).collect()
     }
 
     /// What is reported with this share of the mismatch.

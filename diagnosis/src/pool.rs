@@ -3,9 +3,10 @@
 
 use simulation::mechanism::{Definition, Form, Id, Kind, Search, ShapeParameter, library};
 
-use crate::bench::{Bench, Candidate, Fit, Gain, Source};
+use crate::bench::{Bench, Candidate, Fit, Gain};
 use crate::nominal::Nominal;
 use crate::refine::refine;
+use crate::source::Source;
 use crate::spectrum::{Left, Waves, is_wave, span, tried};
 use crate::story::Curve;
 

@@ -2,7 +2,8 @@
 
 use simulation::mechanism::{Search, ShapeParameter};
 
-use crate::bench::{Bench, Candidate, Fit, Gain, Source};
+use crate::bench::{Bench, Candidate, Fit, Gain};
+use crate::source::Source;
 use crate::spectrum::span;
 
 /// Makes the shape finer by halving steps around where it is.

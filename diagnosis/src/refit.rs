@@ -8,7 +8,7 @@
 use simulation::Simulation;
 
 use crate::bench::{Bench, Member};
-use crate::calibration::{moved, prior};
+use crate::calibration::{moved, prior, way};
 use crate::nominal::Nominal;
 use crate::passes::Found;
 use crate::side::Side;
@@ -46,7 +46,7 @@ pub(crate) fn together(
         let fit = bench.fit_members(&members);
         let next = moved(nominal, &values, &fit.values[..values.len()]);
         let size = next.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        let way = next.iter().zip(&values).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let way = way(&values, &next);
         values = next;
         if way <= STILL * size {
             let amplitudes = members.iter().map(|m| m.base.iter().map(|column| fit.value_of(*column)).collect());

@@ -1,8 +1,8 @@
 //! Where a cause acts.
 
-use crate::bench::Source;
 use crate::report::Region;
 use crate::side::Side;
+use crate::source::Source;
 use crate::story::Axis;
 
 /// Where a cause acts: the part of its axis that holds 90 % of its power.

@@ -6,13 +6,14 @@
 
 use simulation::mechanism::{Id, definition};
 
-use crate::bench::{Bench, Candidate, Source, raw_columns};
+use crate::bench::{Bench, Candidate};
 use crate::calibration::{Calibrated, prior};
 use crate::nominal::Nominal;
 use crate::pool::grid;
 use crate::refine::refine;
 use crate::rest::power;
 use crate::rows::Rows;
+use crate::source::{Source, raw_columns};
 use crate::spectra::Spectra;
 
 /// Order of an autoregression that has room for the colour of friction, but hardly for a frequency.

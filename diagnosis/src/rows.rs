@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use simulation::run::{Break, Run};
 
+use crate::bridge::{bridge, gaps};
 use crate::linear::Symmetric;
 use crate::noise::{MAX_ORDER, Whitening, robust_sigma};
 
@@ -260,16 +261,11 @@ impl Rows {
             .map(|stretch| {
                 let scale = scales[stretch.group];
                 let mut x: Vec<f64> = self.averaged(stretch, residual).iter().map(|x| x / scale).collect();
-                let stands_out: Vec<bool> = x.iter().map(|x| !(x.abs() < STANDS_OUT)).collect();
-                for own in stands_out.chunk_by(PartialEq::eq).scan(0, |row, own| {
-                    *row += own.len();
-                    Some(*row - own.len()..*row)
-                }) {
-                    if stands_out[own.start] {
-                        // it rises and fades on both sides for as long as it stands out
-                        let around = own.start.saturating_sub(own.len())..(own.end + own.len()).min(x.len());
-                        x[around].fill(f64::NAN);
-                    }
+                let is_noise: Vec<bool> = x.iter().map(|x| x.abs() < STANDS_OUT).collect();
+                for own in gaps(&is_noise) {
+                    // it rises and fades on both sides for as long as it stands out
+                    let around = own.start.saturating_sub(own.len())..(own.end + own.len()).min(x.len());
+                    x[around].fill(f64::NAN);
                 }
                 x.iter_mut().zip(&stretch.keep).filter(|(_, keep)| !**keep).for_each(|(x, _)| *x = f64::NAN);
                 x
@@ -353,27 +349,6 @@ fn scale(x: &[f64]) -> f64 {
     // coarse quantisation makes the median 0
     let sigma = if robust > 0.3 * rms { robust } else { rms };
     if sigma > 0.0 { sigma } else { 1e-12 }
-}
-
-/// A straight line across a gap within a column.
-fn bridge(x: &mut [f64], gap: &Range<usize>) {
-    let from = x[gap.start - 1];
-    let rise = (x[gap.end] - from) / (gap.len() + 1) as f64;
-    for (k, x) in x[gap.clone()].iter_mut().enumerate() {
-        *x = from + rise * (k + 1) as f64;
-    }
-}
-
-/// Rows between compared ones that are not.
-fn gaps(compared: &[bool]) -> Vec<Range<usize>> {
-    let mut gaps: Vec<Range<usize>> = Vec::new();
-    for n in (0..compared.len()).filter(|n| !compared[*n]) {
-        match gaps.last_mut() {
-            Some(gap) if gap.end == n => gap.end += 1,
-            _ => gaps.push(n..n + 1),
-        }
-    }
-    gaps
 }
 
 /// Ranges of rows without more than `bridge` uncompared rows in a row.

@@ -6,7 +6,6 @@ use simulation::mechanism::Context;
 use simulation::run::Run;
 
 use crate::balance::Aside;
-use crate::bench::{Source, raw_columns, weighted};
 use crate::engine::Options;
 use crate::linear::{Cholesky, Symmetric, dot};
 use crate::nominal::Nominal;
@@ -17,6 +16,7 @@ use crate::report::{DataQuality, Holdout};
 use crate::rest::rms;
 use crate::rows::Rows;
 use crate::side::{Moving, Side};
+use crate::source::{Source, raw_columns, weighted};
 use crate::story::Axis;
 
 /// Scores, and residuals of the recordings that taught.
@@ -87,15 +87,13 @@ struct Scene<'a> {
 impl Scene<'_> {
     fn stages(&self, side: &Side<'_>, crosses: bool) -> Result<Stages, String> {
         let mut after = side.residual(self.nominal, &self.found.with_shifts)?;
-        let arriving = self.play.map_or_else(Vec::new, |play| play.arriving(&side.contexts));
-        let arriving = |row: usize| arriving.get(row).copied().unwrap_or(1.0);
         for at in 0..self.found.members.len() {
             let force = match self.force(&side.contexts, at, crosses) {
                 None if crosses => self.without_place(&side.contexts, at),
                 force => force,
             };
-            for (row, (after, force)) in after.iter_mut().zip(force.unwrap_or_default()).enumerate() {
-                *after -= arriving(row) * force;
+            for (after, force) in after.iter_mut().zip(force.unwrap_or_default()) {
+                *after -= force;
             }
         }
         let play = self.play.map(|play| play.force(&side.contexts)).unwrap_or_default();

@@ -8,12 +8,13 @@
 use simulation::mechanism::{Id, Kind, definition};
 
 use crate::adequacy;
-use crate::bench::{Bench, Beside, Candidate, Fit, Gain, Member, Source, without};
+use crate::bench::{Bench, Beside, Candidate, Fit, Gain, Member, without};
 use crate::locks::Locks;
 use crate::pool::{Pool, Tolerances, ranked};
 use crate::refine::refine;
 use crate::rest::power;
 use crate::scores::is_phase_bound;
+use crate::source::Source;
 use crate::spectrum::is_wave;
 
 /// Most causes that act together.

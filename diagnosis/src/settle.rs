@@ -3,51 +3,27 @@
 //! Two of its numbers may make up for one another, and a step that is right along a straight line is then far off along
 //! the law: every step of Gauss and Newton is halved until it lowers what is left.
 
-use crate::bench::{Bench, Member, Source};
-use crate::calibration::{moved, prior};
+use crate::bench::{Bench, Member};
+use crate::calibration::{moved, prior, way};
 use crate::nominal::Nominal;
 use crate::rows::Rows;
 use crate::side::Side;
+use crate::source::Source;
 
-/// Most steps, and most times that one is halved.
+/// Most steps, and most lengths that one is tried in.
 const MOST_STEPS: usize = 5;
-const MOST_HALVINGS: usize = 6;
+const MOST_TRIES: usize = 6;
 
 /// Way of every number, relative, that ends it.
 const ENOUGH: f64 = 2e-3;
 
-/// The law's numbers from `values` on, whatever its causes' sizes are there. A number that is said to have shifted is free.
-pub(crate) fn settled(
-    nominal: &Nominal,
-    side: &Side<'_>,
-    rows: &Rows,
-    training: &[bool],
-    members: &[Member],
-    values: &[f64],
-) -> Result<Vec<f64>, String> {
-    let at = |values: &[f64]| Place::of(nominal, side, rows, training, members, values);
-    let mut values = values.to_vec();
-    let mut here = at(&values)?;
-    for _ in 0..MOST_STEPS {
-        let mut next = None;
-        for halvings in 0..MOST_HALVINGS {
-            let part = 0.5f64.powi(halvings as i32);
-            let step: Vec<f64> = here.step.iter().map(|step| part * step).collect();
-            let there = moved(nominal, &values, &step);
-            let place = at(&there)?;
-            if place.left < here.left {
-                next = Some((there, place));
-                break;
-            }
-        }
-        let Some((there, place)) = next else { break };
-        let way = there.iter().zip(&values).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        (values, here) = (there, place);
-        if way < ENOUGH {
-            break;
-        }
-    }
-    Ok(values)
+/// All that stays as it is while the law moves.
+pub(crate) struct Valley<'a> {
+    pub(crate) nominal: &'a Nominal,
+    pub(crate) side: &'a Side<'a>,
+    pub(crate) rows: &'a Rows,
+    pub(crate) training: &'a [bool],
+    pub(crate) members: &'a [Member],
 }
 
 /// What is known of one choice of the law's numbers.
@@ -58,18 +34,42 @@ struct Place {
     step: Vec<f64>,
 }
 
-impl Place {
-    fn of(
-        nominal: &Nominal,
-        side: &Side<'_>,
-        rows: &Rows,
-        training: &[bool],
-        members: &[Member],
-        values: &[f64],
-    ) -> Result<Self, String> {
+impl Valley<'_> {
+    /// The law's numbers, from `values` on and relative as those are; causes have whatever size is best there. A number
+    /// that is said to have shifted is free.
+    pub(crate) fn settled(&self, values: &[f64]) -> Result<Vec<f64>, String> {
+        let mut values = values.to_vec();
+        let mut here = self.place(&values)?;
+        for _ in 0..MOST_STEPS {
+            let Some((there, place)) = self.lower(&values, &here)? else { break };
+            let way = way(&values, &there);
+            (values, here) = (there, place);
+            if way < ENOUGH {
+                break;
+            }
+        }
+        Ok(values)
+    }
+
+    /// Where a step, or what is left of it after a few halvings, lowers what is left.
+    fn lower(&self, values: &[f64], here: &Place) -> Result<Option<(Vec<f64>, Place)>, String> {
+        let mut step = here.step.clone();
+        for _ in 0..MOST_TRIES {
+            let there = moved(self.nominal, values, &step);
+            let place = self.place(&there)?;
+            if place.left < here.left {
+                return Ok(Some((there, place)));
+            }
+            step.iter_mut().for_each(|step| *step *= 0.5);
+        }
+        Ok(None)
+    }
+
+    fn place(&self, values: &[f64]) -> Result<Place, String> {
+        let Valley { nominal, side, rows, training, members } = self;
         let mut prior = prior(nominal, values);
         let mut causes = Vec::new();
-        for member in members {
+        for member in *members {
             match member.candidate.source {
                 Source::Shift { parameter } => prior[parameter] = (0.0, 0.0),
                 _ => causes.push(member.candidate.clone()),
@@ -77,7 +77,7 @@ impl Place {
         }
         let price: f64 = prior.iter().zip(values).map(|((precision, _), value)| precision * value * value).sum();
         let (mismatch, tangent) = (side.residual(nominal, values)?, side.tangent(nominal, values)?);
-        let mut bench = Bench::new(rows.clone(), &[], training.to_vec(), &mismatch, tangent, prior);
+        let mut bench = Bench::new((*rows).clone(), &[], training.to_vec(), &mismatch, tangent, prior);
         let causes: Vec<Member> = causes.into_iter().map(|cause| bench.take(cause)).collect();
         let fit = bench.fit_members(&causes);
         let law = bench.law();

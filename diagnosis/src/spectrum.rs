@@ -17,8 +17,9 @@ use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 use simulation::mechanism::{Definition, Form, Search};
 
-use crate::bench::{Bench, Fit, Source};
+use crate::bench::{Bench, Fit};
 use crate::peaks::peaks;
+use crate::source::Source;
 
 /// Most places that rows are gathered in; a million would tell waves of micrometres along a metre.
 const MOST_BINS: usize = 1 << 18;

@@ -19,7 +19,7 @@ mod separation;
 
 use simulation::mechanism::Id;
 
-use crate::bench::{Candidate, Member, Source};
+use crate::bench::{Candidate, Member};
 use crate::calibration::prior;
 use crate::equivalents::{NEAR, text};
 use crate::finding::id_of;
@@ -28,6 +28,7 @@ use crate::nominal::Nominal;
 use crate::passes::Found;
 use crate::report::{Alternative, NextExperiment};
 use crate::side::Side;
+use crate::source::Source;
 
 use columns::{Parts, of_recording, of_run};
 use menu::{Entry, MENU, is_free, left_of, touches};
