@@ -234,3 +234,26 @@ fn what_does_not_carry_over_is_said_to_make_things_worse() {
     assert!(is_said(warnings(clean)));
     assert!(!is_said(warnings(dragging.clone())));
 }
+
+#[test]
+fn calibration_does_not_follow_what_the_law_cannot_know() {
+    // preload and friction make up for one another, and the block is off by more than either may be
+    let simulation = simulation("[tolerance]\npreload = 0.05\nfriction = 0.03\nviscosity = 0.05\n");
+    for (percent, spike_n) in [(0.0, 8.0), (12.0, 0.0), (12.0, 8.0)] {
+        let course = strokes();
+        let law = simulation.force(&course.run, &course.motion).unwrap();
+        let mut run = recorded(&simulation, course, nothing);
+        let turns = run.position_m.clone().unwrap();
+        let mut since_m = 1.0;
+        for n in 2..law.len() {
+            run.drag_force_n[n] += percent / 100.0 * law[n];
+            let step = turns[n] - turns[n - 1];
+            since_m =
+                if step * (turns[n - 1] - turns[n - 2]) < 0.0 || step == 0.0 { 0.0 } else { since_m + step.abs() };
+            // what friction lacks behind a reversal
+            run.drag_force_n[n] -= spike_n * step.signum() * (-since_m / 2e-3f64).exp();
+        }
+        let held = outcome(&run, &simulation).diagnosis.holdout;
+        assert!(held.rmse_calibrated_n < 1.02 * held.rmse_before_n, "{percent} % and {spike_n} N: {held:?}");
+    }
+}

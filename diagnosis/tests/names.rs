@@ -155,4 +155,5 @@ fn a_small_cause_is_heard_beside_play_whose_edge_no_encoder_tells() {
         "{:?}",
         sets(&found)
     );
+    assert!(found.holdout.rmse_after_n < 1.5 * NOISE_N, "{:?}", found.holdout);
 }
