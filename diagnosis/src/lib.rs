@@ -9,7 +9,6 @@
 //!              of a second
 //! play         a coupling with a gap, told before what is beside it
 //! nominal      the law as a function of what the simulation only assumes
-//! column_law   the same for a law that is known by a column of its force alone
 //! calibration  how far its numbers may move
 //! noise        what makes the noise white; bridge: a line where rows are missing; rows: the one linear operation on every
 //!              column
@@ -41,7 +40,6 @@ mod bridge;
 mod bursts;
 mod calibration;
 mod clock;
-mod column_law;
 mod condense;
 mod considered;
 mod engine;

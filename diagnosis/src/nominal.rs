@@ -2,11 +2,9 @@
 
 use simulation::Simulation;
 use simulation::file::Law;
-use simulation::law::{Factors, Missing};
+use simulation::law::{ERROR_OF_COLUMN, Factors, Missing};
 use simulation::motion::Motion;
 use simulation::run::Run;
-
-use crate::column_law::{self, Changes};
 
 /// One number that calibration may move.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,9 +29,6 @@ enum Which {
     MuViscous,
     MuStribeck,
     Mass,
-    ColumnFriction,
-    ColumnPreload,
-    ColumnViscosity,
     FreeCoulomb,
     FreeViscous,
     FreeOffset,
@@ -136,9 +131,9 @@ impl Nominal {
                 nominal.simulation.axis.moved_mass_kg.get_or_insert(0.0);
             }
             Law::Column => {
-                add(Which::ColumnFriction, "friction", "", Some(tolerance.friction));
-                add(Which::ColumnPreload, "preload", "", Some(tolerance.preload));
-                add(Which::ColumnViscosity, "viscosity", "", Some(tolerance.viscosity));
+                add(Which::Friction, "friction", "", Some(tolerance.friction));
+                add(Which::Preload, "preload", "", Some(tolerance.preload));
+                add(Which::Viscosity, "viscosity", "", Some(tolerance.viscosity));
             }
         }
         if nominal.accelerates_mass() {
@@ -166,7 +161,7 @@ impl Nominal {
 
     /// Share of what calibration changes that its derivatives may be off by.
     pub(crate) fn error_of_derivatives(&self) -> f64 {
-        if matches!(self.simulation.law, Law::Column) { column_law::ERROR } else { 0.0 }
+        if matches!(self.simulation.law, Law::Column) { ERROR_OF_COLUMN } else { 0.0 }
     }
 
     /// Whether some number is fitted freely, so that the simulation as given predicts nothing.
@@ -179,19 +174,6 @@ impl Nominal {
         vec![0.0; self.parameters.len()]
     }
 
-    fn column_changes(&self, values: &[f64]) -> Changes {
-        let mut changes = Changes::default();
-        for (parameter, value) in self.parameters.iter().zip(values) {
-            match parameter.which {
-                Which::ColumnFriction => changes.friction = *value,
-                Which::ColumnPreload => changes.preload = *value,
-                Which::ColumnViscosity => changes.viscosity = *value,
-                _ => {}
-            }
-        }
-        changes
-    }
-
     /// The factors of these values (relative changes); numbers fitted freely are no factors.
     pub(crate) fn factors(&self, values: &[f64]) -> Factors {
         let mut factors = Factors::default();
@@ -200,7 +182,7 @@ impl Nominal {
             let factor = (1.0 + value).max(0.05);
             match parameter.which {
                 Which::Preload => factors.preload = factor,
-                Which::Friction | Which::ColumnFriction => factors.friction = factor,
+                Which::Friction => factors.friction = factor,
                 Which::Viscosity => factors.viscosity = factor,
                 Which::MuCoulomb => factors.mu_coulomb = factor,
                 Which::MuViscous => factors.mu_viscous = factor,
@@ -231,13 +213,7 @@ impl Nominal {
 
     /// Force of the law, N; NaN where it has none.
     pub(crate) fn force(&self, values: &[f64], run: &Run, motion: &Motion) -> Result<Vec<f64>, Missing> {
-        let is_column = matches!(self.simulation.law, Law::Column);
-        let factors = if is_column { Factors::default() } else { self.factors(values) };
-        let steady = self.simulation.steady(&factors, run, motion)?;
-        if is_column {
-            let motion = (&*motion.velocity_m_s, &*motion.acceleration_m_s2, &*steady.direction);
-            return Ok(column_law::changed(run, &steady.force_n, motion, &self.column_changes(values)));
-        }
+        let steady = self.simulation.steady(&self.factors(values), run, motion)?;
         let mut force = steady.force_n;
         for (parameter, value) in self.parameters.iter().zip(values) {
             if *value == 0.0 {

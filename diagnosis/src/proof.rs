@@ -2,7 +2,6 @@
 
 use simulation::run::Run;
 
-use crate::column_law::profile_parts;
 use crate::report::Holdout;
 use crate::rows::Rows;
 
@@ -41,13 +40,13 @@ impl Split {
             let description = format!("{} of {} runs set aside: {}", count, runs.len(), names.join(", "));
             return Split { held, description, crosses_runs: true };
         }
-        let parts: usize = runs.iter().map(|run| profile_parts(run).len()).sum();
+        let parts: usize = runs.iter().map(|run| run.profile_parts().len()).sum();
         if parts >= 2 * ONE_IN {
             let mut index = 0;
             for run in runs {
                 let start = held.len();
                 held.resize(start + run.len(), false);
-                for rows in profile_parts(run) {
+                for rows in run.profile_parts() {
                     if index % ONE_IN == ONE_IN / 2 {
                         held[start + rows.start..start + rows.end].fill(true);
                     }

@@ -3,17 +3,20 @@
 //! ```text
 //! guide             F = sign(V)·4 Z_b Q μ(H) + m a        Zhou 2023, Eq. 1 to 21; Q from the preload, H from ν and V
 //! coulomb-viscous   F = sign(V)·(F_c + F_v abs(V)) + F_0 + m a
-//! column            F = the run's own simulated_force_n
+//! column            F = the run's own simulated_force_n, which tells its own answer to viscosity and preload
 //! ```
 //!
 //! Steady motion only: nothing here remembers anything. What the laws leave out is the matter of mechanisms.
 
 mod ball_guide;
+mod column;
 mod table;
 
 use crate::file::{Law, Simulation};
 use crate::motion::Motion;
 use crate::run::Run;
+
+pub use column::ERROR_OF_COLUMN;
 
 /// Multipliers of what a law assumes; 1 leaves it as it is. All dimensionless, above 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,6 +74,9 @@ pub enum Missing {
     NotFitted(&'static str),
 }
 
+/// Load per ball of a guide that nothing is known of, of its preload: 150 N at 3 kN, as in the paper's.
+const BALLS_SHARE: f64 = 0.05;
+
 /// What a law says of every row. Vectors of the last four quantities are empty for laws that do not know them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Steady {
@@ -82,9 +88,9 @@ pub struct Steady {
     pub direction: Vec<f64>,
     /// Friction alone, N, positive against the motion; what it would be at that speed where the carriage stands.
     pub drag_n: Vec<f64>,
-    /// Preload, N.
+    /// Preload, N. A column of force knows it where the run has one.
     pub preload_n: Vec<f64>,
-    /// Normal load per ball, N.
+    /// Normal load per ball, N; of a guide known by a column of force alone, in proportion to its preload.
     pub load_per_ball_n: Vec<f64>,
     /// Viscosity of the oil, cSt.
     pub viscosity_cst: Vec<f64>,
@@ -127,9 +133,16 @@ impl Simulation {
             }
             Law::Column => {
                 let column = run.simulated_force_n.as_deref().ok_or(Missing::SimulatedForce)?;
-                let force_n: Vec<f64> = column.iter().map(|force| force * factors.friction).collect();
-                let drag_n = force_n.iter().zip(&direction).map(|(force, sign)| force * sign).collect();
-                Ok(Steady { force_n, direction, drag_n, ..Steady::default() })
+                let motion = (&*motion.velocity_m_s, &*motion.acceleration_m_s2, &*direction);
+                let (force_n, inertia) = column::changed(run, column, motion, factors);
+                let friction = force_n.iter().zip(&inertia).map(|(force, inertia)| force - inertia);
+                let drag_n = friction.zip(&direction).map(|(friction, sign)| friction * sign).collect();
+                let of_preload = |ratio: f64| -> Vec<f64> {
+                    let of = |p: &f64| p * factors.preload * ratio;
+                    measured(run.preload_n.as_deref()).unwrap_or_default().iter().map(of).collect()
+                };
+                let (preload_n, load_per_ball_n) = (of_preload(1.0), of_preload(BALLS_SHARE));
+                Ok(Steady { force_n, direction, drag_n, preload_n, load_per_ball_n, ..Steady::default() })
             }
         }
     }

@@ -82,6 +82,18 @@ impl Run {
         self.parts.iter().map(|part| part.rows.clone()).reduce(longer).unwrap_or(0..0)
     }
 
+    /// Rows of every part of the profile: parts that only a gap separates belong together.
+    pub fn profile_parts(&self) -> Vec<Range<usize>> {
+        let mut parts: Vec<(Option<i64>, Range<usize>)> = Vec::new();
+        for part in &self.parts {
+            match parts.last_mut() {
+                Some((last, range)) if *last == part.segment => range.end = part.rows.end,
+                _ => parts.push((part.segment, part.rows.clone())),
+            }
+        }
+        parts.into_iter().map(|(_, rows)| rows).collect()
+    }
+
     /// Median distance of rows in time, s; NaN below two rows of one part.
     pub fn step_s(&self) -> f64 {
         let mut steps: Vec<f64> = self

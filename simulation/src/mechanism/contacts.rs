@@ -76,11 +76,12 @@ pub(super) const HYDRODYNAMIC_ROLLING: Definition = Definition {
 
 fn rolling(context: &Context<'_>, exponent: f64) -> Option<Columns> {
     let nu = &context.steady.viscosity_cst;
-    if nu.is_empty() || context.steady.load_per_ball_n.is_empty() {
+    if context.steady.load_per_ball_n.is_empty() {
         return None;
     }
     let of = |n: usize| {
-        libm::pow(nu[n] / 100.0 * context.speed_m_s(n) / 0.1, exponent) * libm::pow(context.relative_load(n), 0.47)
+        let nu = nu.get(n).map_or(1.0, |nu| nu / 100.0);
+        libm::pow(nu * context.speed_m_s(n) / 0.1, exponent) * libm::pow(context.relative_load(n), 0.47)
     };
     shown(vec![context.against_motion(of)])
 }

@@ -86,7 +86,7 @@ pub struct Context<'a> {
     pub at_rest: Vec<bool>,
     /// What repeats along the guide.
     pub geometry: Geometry,
-    /// Part of the law's friction that is proportional to speed, N, without sign; empty for laws without one.
+    /// Part of the law's friction that is proportional to speed, N, without sign; of a column of force, what grows with it.
     pub viscous_n: Vec<f64>,
     /// `d²F/d ln(viscosity)²`, signed, N; empty for laws without a viscosity.
     pub viscosity_curvature_n: Vec<f64>,
@@ -119,20 +119,23 @@ impl<'a> Context<'a> {
         let rows = run.len();
         let at = |factors: &Factors| simulation.steady(factors, run, motion).map(|other| other.force_n);
         let (mut by_preload_n, mut by_viscosity_n) = (vec![0.0; rows], vec![0.0; rows]);
-        let (mut viscous_n, mut viscosity_curvature_n) = (Vec::new(), Vec::new());
+        let mut viscosity_curvature_n = Vec::new();
+        let viscous_n;
         let (mut has_stribeck, mut viscosity_follows_temperature, mut friction) = (false, false, None);
+        if !matches!(simulation.law, Law::CoulombViscous { .. }) {
+            let preload = |factor| at(&Factors { preload: factor, ..Factors::default() });
+            let viscosity = |factor| at(&Factors { viscosity: factor, ..Factors::default() });
+            by_preload_n = slope(&preload(1.0 + STEP)?, &steady.force_n, &preload(1.0 - STEP)?);
+            by_viscosity_n = slope(&viscosity(1.0 + STEP)?, &steady.force_n, &viscosity(1.0 - STEP)?);
+            let (up, down) = (viscosity(CURVATURE_STEP.exp())?, viscosity((-CURVATURE_STEP).exp())?);
+            let bend = |n: usize| {
+                let bend = (up[n] - 2.0 * steady.force_n[n] + down[n]) / (CURVATURE_STEP * CURVATURE_STEP);
+                if bend.is_finite() || !steady.force_n[n].is_finite() { bend } else { 0.0 }
+            };
+            viscosity_curvature_n = (0..rows).map(bend).collect();
+        }
         match &simulation.law {
             Law::Guide(set) => {
-                let preload = |factor| at(&Factors { preload: factor, ..Factors::default() });
-                let viscosity = |factor| at(&Factors { viscosity: factor, ..Factors::default() });
-                by_preload_n = slope(&preload(1.0 + STEP)?, &steady.force_n, &preload(1.0 - STEP)?);
-                by_viscosity_n = slope(&viscosity(1.0 + STEP)?, &steady.force_n, &viscosity(1.0 - STEP)?);
-                let (up, down) = (viscosity(CURVATURE_STEP.exp())?, viscosity((-CURVATURE_STEP).exp())?);
-                let bend = |n: usize| {
-                    let bend = (up[n] - 2.0 * steady.force_n[n] + down[n]) / (CURVATURE_STEP * CURVATURE_STEP);
-                    if bend.is_finite() || !steady.force_n[n].is_finite() { bend } else { 0.0 }
-                };
-                viscosity_curvature_n = (0..rows).map(bend).collect();
                 let constants = set.exact().friction();
                 let balls = set.exact().guide().loaded_balls();
                 let of = |(q, h): (&f64, &f64)| balls * q * constants.mu_viscous * h;
@@ -145,7 +148,10 @@ impl<'a> Context<'a> {
                 let slope = viscous_n_s_m.unwrap_or(0.0);
                 viscous_n = motion.velocity_m_s.iter().map(|v| slope * v.abs()).collect();
             }
-            Law::Column => {}
+            Law::Column => {
+                let grows = |(by, sign): (&f64, &f64)| (by * sign).max(0.0);
+                viscous_n = by_viscosity_n.iter().zip(&steady.direction).map(grows).collect();
+            }
         }
         let (mut at_path_speed_n, mut path_acceleration_m_s2) = (None, None);
         if run.velocity_m_s.is_some() && run.position_m.is_some() {
@@ -257,16 +263,19 @@ impl<'a> Context<'a> {
         force
     }
 
+    /// `dF/d ln V` of the friction, signed, N: speed and viscosity enter it by their product. `None` where no part of the law
+    /// is known to grow with either.
+    pub(crate) fn by_speed_n(&self) -> Option<Vec<f64>> {
+        if !self.steady.viscosity_cst.is_empty() || self.by_viscosity_n.iter().any(|x| *x != 0.0) {
+            return Some(self.by_viscosity_n.clone());
+        }
+        self.viscous_n.iter().any(|x| *x != 0.0).then(|| self.against_motion(|n| self.viscous_n[n]))
+    }
+
     /// Force that a relative change of the viscosity makes, N per 1, signed. Of laws without a viscosity it is the
     /// friction that grows with speed, or all of it where no part is known to.
     pub(crate) fn by_oil_n(&self) -> Vec<f64> {
-        if !self.steady.viscosity_cst.is_empty() {
-            return self.by_viscosity_n.clone();
-        }
-        if self.viscous_n.iter().any(|x| *x != 0.0) {
-            return self.against_motion(|n| self.viscous_n[n]);
-        }
-        self.against_motion(|n| self.steady.drag_n[n])
+        self.by_speed_n().unwrap_or_else(|| self.against_motion(|n| self.steady.drag_n[n]))
     }
 
     /// Load per ball over 150 N (that of 3 kN of preload, roughly); 1 for laws without a preload.

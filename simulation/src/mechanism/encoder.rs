@@ -181,15 +181,7 @@ fn cyclic(context: &Context<'_>, period: f64) -> Option<Columns> {
     if !context.motion.has_position {
         return None;
     }
-    let force = if context.steady.viscosity_cst.is_empty() {
-        if context.viscous_n.is_empty() {
-            return None;
-        }
-        context.against_motion(|n| context.viscous_n.get(n).copied().unwrap_or(0.0))
-    } else {
-        context.by_viscosity_n.clone()
-    };
-    shown(context.waves(&force, period, 1))
+    shown(context.waves(&context.by_speed_n()?, period, 1))
 }
 
 /// What the law makes of a micrometre of error in the position.

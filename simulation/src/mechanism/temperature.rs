@@ -66,8 +66,9 @@ fn thinned(context: &Context<'_>, log_ratio: impl Fn(f64) -> f64) -> Option<Colu
         })
         .collect();
     let Some(friction) = &context.friction else {
-        let force = context.by_oil_n();
-        return shown(vec![context.rows(|n| force[n] * logs[n])]);
+        let (force, bend) = (context.by_oil_n(), &context.viscosity_curvature_n);
+        let of = |n: usize| logs[n] * (force[n] + 0.5 * logs[n] * bend.get(n).unwrap_or(&0.0));
+        return shown(vec![context.rows(of)]);
     };
     let (q, h) = (&context.steady.load_per_ball_n, &context.steady.hersey);
     let of = |n: usize| {

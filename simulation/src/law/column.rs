@@ -14,11 +14,12 @@
 
 use std::ops::Range;
 
-use simulation::run::Run;
+use super::Factors;
+use crate::run::Run;
 
-/// Share of a change by which this is off where contacts are not Hertz's alone: with the angle of contact that a preload
-/// changes, for one.
-pub(crate) const ERROR: f64 = 0.05;
+/// Share of a change of viscosity or preload by which the force of a law that is known by its column alone is off, where
+/// contacts are not Hertz's alone: with the angle of contact that a preload changes, for one.
+pub const ERROR_OF_COLUMN: f64 = 0.05;
 
 /// Width of a cell of speed, in ln V.
 const CELL: f64 = 0.05;
@@ -29,37 +30,33 @@ const REACH: usize = 4;
 /// Share of what scatters within the cells of speed that must go with the acceleration to be an inertia.
 const IS_INERTIA: f64 = 0.5;
 
-/// Relative changes of what the program assumed.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Changes {
-    pub(crate) friction: f64,
-    pub(crate) preload: f64,
-    pub(crate) viscosity: f64,
-}
-
-/// Force of the program, N, had it assumed other numbers.
-pub(crate) fn changed(
+/// Force of the program, N, had it assumed another friction, preload and viscosity, and the inertia in it, N. Without a
+/// column of preload a change of it is none.
+pub(super) fn changed(
     run: &Run,
     force: &[f64],
     (velocity, acceleration, direction): (&[f64], &[f64], &[f64]),
-    changes: &Changes,
-) -> Vec<f64> {
+    factors: &Factors,
+) -> (Vec<f64>, Vec<f64>) {
     let parts: Vec<Part> =
-        profile_parts(run).into_iter().map(|rows| Part::of(rows, velocity, force, direction)).collect();
-    let mass = inertia(&parts, (velocity, acceleration, direction), force);
-    let preload = if run.preload_n.is_some() { changes.preload } else { 0.0 };
-    let gain = (1.0 + changes.friction) * (1.0 + preload);
-    let shift = (1.0 + changes.viscosity).max(0.05).ln() - (1.0 + preload).max(0.05).ln() / 3.0;
+        run.profile_parts().into_iter().map(|rows| Part::of(rows, velocity, force, direction)).collect();
+    let mass = mass(&parts, (velocity, acceleration, direction), force);
+    let inertia: Vec<f64> = acceleration.iter().map(|a| if mass == 0.0 { 0.0 } else { mass * a }).collect();
+    if *factors == Factors::default() {
+        return (force.to_vec(), inertia);
+    }
+    let preload = if run.preload_n.is_some() { factors.preload } else { 1.0 };
+    let gain = factors.friction * preload;
+    let shift = libm::log(factors.viscosity) - libm::log(preload) / 3.0;
     let mut out: Vec<f64> = force.to_vec();
     for part in &parts {
-        let curve = Curve::of(part, |n| direction[n] * (force[n] - mass * acceleration[n]), velocity);
+        let curve = Curve::of(part, |n| direction[n] * (force[n] - inertia[n]), velocity);
         for (n, cell) in part.sorted.iter().zip(part.cell_of()) {
-            let inertia = mass * acceleration[*n];
             let moved = direction[*n] * curve.step(cell, velocity[*n].abs().ln(), shift);
-            out[*n] = inertia + gain * (force[*n] - inertia + moved);
+            out[*n] = inertia[*n] + gain * (force[*n] - inertia[*n] + moved);
         }
     }
-    out
+    (out, inertia)
 }
 
 /// Rows of a part, sorted by speed and gathered in cells of it.
@@ -92,7 +89,7 @@ impl Part {
 }
 
 /// Mass whose inertia the column holds, kg.
-fn inertia(parts: &[Part], (_, acceleration, direction): (&[f64], &[f64], &[f64]), force: &[f64]) -> f64 {
+fn mass(parts: &[Part], (_, acceleration, direction): (&[f64], &[f64], &[f64]), force: &[f64]) -> f64 {
     let (mut aa, mut ay, mut yy) = (0.0, 0.0, 0.0);
     for cell in parts.iter().flat_map(Part::cells) {
         let count = cell.len() as f64;
@@ -164,25 +161,12 @@ fn slope(points: &[(f64, f64)], at: usize) -> f64 {
     if line > 1e-12 { (s[0] * m[1] - s[1] * m[0]) / line } else { 0.0 }
 }
 
-/// Rows of every part of the profile: parts that only a gap separates belong together.
-pub(crate) fn profile_parts(run: &Run) -> Vec<Range<usize>> {
-    let mut parts: Vec<(Option<i64>, Range<usize>)> = Vec::new();
-    for part in &run.parts {
-        match parts.last_mut() {
-            Some((last, range)) if *last == part.segment => range.end = part.rows.end,
-            _ => parts.push((part.segment, part.rows.clone())),
-        }
-    }
-    parts.into_iter().map(|(_, rows)| rows).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use simulation::Simulation;
-    use simulation::law::Factors;
-    use simulation::profile::{Conditions, Order, Staircase};
-    use simulation::run::{Break, Part};
+    use crate::Simulation;
+    use crate::profile::{Conditions, Order, Staircase};
+    use crate::run::{Break, Part};
 
     #[test]
     fn gains_move_the_friction_and_not_the_inertia() {
@@ -199,8 +183,8 @@ mod tests {
         };
         let acceleration: Vec<f64> = (0..rows).map(|n| ((n * 7919) % 101) as f64 * 0.01 - 0.5).collect();
         let heavy: Vec<f64> = force.iter().zip(&acceleration).map(|(f, a)| f + 20.0 * a).collect();
-        let changes = Changes { friction: 0.1, preload: 0.0, viscosity: 0.1 };
-        let told = changed(&run, &heavy, (&velocity, &acceleration, &direction), &changes);
+        let factors = Factors { friction: 1.1, viscosity: 1.1, ..Factors::default() };
+        let (told, _) = changed(&run, &heavy, (&velocity, &acceleration, &direction), &factors);
         for n in (0..rows).filter(|n| velocity[*n].abs() > 0.01) {
             let v = velocity[n].abs();
             let exact = velocity[n].signum() * 1.1 * (3.0 + 5.5 * v + 2.0 * (-1.1 * v / 0.02).exp());
@@ -231,8 +215,7 @@ mod tests {
                 let factors = Factors { preload: 1.0 + preload, viscosity: 1.0 + viscosity, ..Factors::default() };
                 let exact = law(&factors).force_n;
                 let motions = (&*motion.velocity_m_s, &*motion.acceleration_m_s2, &*given.direction);
-                let changes = Changes { friction: 0.0, preload, viscosity };
-                let told = changed(run, &given.force_n, motions, &changes);
+                let (told, _) = changed(run, &given.force_n, motions, &factors);
                 let moves = |n: &usize| given.direction[*n] != 0.0 && motion.acceleration_m_s2[*n].abs() < 1e-3;
                 let rms = |of: &dyn Fn(usize) -> f64| {
                     let squares: Vec<f64> = (0..run.len()).filter(moves).map(|n| of(n) * of(n)).collect();
@@ -243,6 +226,6 @@ mod tests {
                 worst = worst.max(share);
             }
         }
-        assert!(worst < ERROR, "{worst}");
+        assert!(worst < ERROR_OF_COLUMN, "{worst}");
     }
 }
