@@ -6,6 +6,7 @@
 
 use simulation::mechanism::{Context, Search};
 
+use crate::edges::Edges;
 use crate::linear::{Cholesky, Symmetric, dot, products};
 use crate::locks::{Locks, locks};
 use crate::rows::{Gram, Rows};
@@ -112,6 +113,8 @@ pub(crate) struct Bench<'a> {
     pub(crate) step_s: f64,
     /// Travel since the force has turned from which on rows are compared, m.
     pub(crate) seen_from_m: f64,
+    /// What starts and stops tell of the time between motion and force.
+    pub(crate) edges: Option<Edges>,
     /// Stroke and travel of the longest run, m.
     stroke_m: f64,
     travel_m: f64,
@@ -138,6 +141,7 @@ impl<'a> Bench<'a> {
             largest: f64::INFINITY,
             is_relative: false,
             seen_from_m: 0.0,
+            edges: None,
             step_s: contexts.iter().map(|c| c.run.step_s()).find(|step| *step > 0.0).unwrap_or(1.0),
             stroke_m: contexts.iter().map(|c| stroke_m(&c.motion.position_m)).fold(0.0, f64::max),
             travel_m: contexts.iter().filter_map(|c| c.travel_m.last().copied()).fold(0.0, f64::max),
@@ -292,8 +296,12 @@ impl<'a> Bench<'a> {
         weighted(&self.raw(source).unwrap_or_default(), amplitudes)
     }
 
-    /// Whether every length of a source is one that the runs show at least half of, and not hidden by play.
+    /// Whether every length of a source is one that the runs show at least half of, and not hidden by play, and starts and
+    /// stops do not speak against it.
     fn is_told(&self, source: &Source) -> bool {
+        if self.edges.is_some_and(|edges| !edges.allow(source)) {
+            return false;
+        }
         let Source::Mechanism { definition, form, shape } = source else { return true };
         definition.forms[*form].shape.iter().zip(shape).all(|(parameter, value)| match parameter.search {
             Search::AlongStroke => *value <= 2.0 * self.stroke_m,
@@ -301,6 +309,11 @@ impl<'a> Bench<'a> {
             Search::SinceTurn => *value >= self.seen_from_m,
             _ => true,
         })
+    }
+
+    /// Whether starts and stops alone are evidence for a source.
+    pub(crate) fn is_spoken_for(&self, source: &Source) -> bool {
+        self.edges.is_some_and(|edges| edges.speak_for(source))
     }
 
     /// Whitens a source; `None` where no run shows it.
@@ -342,7 +355,10 @@ impl<'a> Bench<'a> {
         {
             return None;
         }
-        let bounds = source.bounds(columns.len());
+        let mut bounds = source.bounds(columns.len());
+        if let Some(edges) = &self.edges {
+            edges.bind(&source, &mut bounds);
+        }
         Some(Candidate { source, columns, bounds, own, cross: Vec::new() })
     }
 

@@ -7,6 +7,7 @@ use crate::answer;
 use crate::balance::Aside;
 use crate::calibration::{Calibrated, calibrate, unbound};
 use crate::condense::{condensed, factor};
+use crate::edges::Edges;
 use crate::events;
 use crate::nominal::Nominal;
 use crate::passes::{self, Found, Scene};
@@ -87,6 +88,7 @@ fn attempt(
             return Err(reason);
         }
     }
+    let edges = Edges::of(runs);
     let together = factor(runs);
     let (fewer, fewer_held) = (shorter(runs, together), shorter(holdout, together));
     let (runs, holdout) = (fewer.as_deref().unwrap_or(runs), fewer_held.as_deref().unwrap_or(holdout));
@@ -139,7 +141,7 @@ fn attempt(
     let ringing = ringing::unmask(&nominal, &calibrated, &training, &mut rows)?;
     let Calibrated { values: mut law_only, mut side, mut saturation, .. } = calibrated;
     let pointed = (!is_noisy).then_some(ringing.pointed.as_slice());
-    let mut scene = Scene { side: &side, saturation: &saturation, ringing: pointed, seen_from_m: 0.0 };
+    let mut scene = Scene { side: &side, saturation: &saturation, ringing: pointed, seen_from_m: 0.0, edges };
     let mut found = searched(simulation, &nominal, scene, &rows, &training, &law_only)?;
     let play = Play::of(&nominal, &side, &training, &found);
     if let Some(play) = &play {
@@ -147,7 +149,7 @@ fn attempt(
         rows = Rows::new(runs, &training, coarsest);
         Calibrated { values: law_only, side, saturation, .. } =
             calibrate(simulation, &nominal, side, &mut rows, &training)?;
-        scene = Scene { side: &side, saturation: &saturation, ringing: pointed, seen_from_m: play.edge_m() };
+        scene = Scene { side: &side, saturation: &saturation, ringing: pointed, seen_from_m: play.edge_m(), edges };
         found = searched(simulation, &nominal, scene, &rows, &training, &law_only)?;
     }
     if spots.is_none() && !found.members.is_empty() {

@@ -3,6 +3,7 @@
 //! ```text
 //! engine       the order of everything
 //! side         runs with what follows from their motion; resolution: the time over which they are compared
+//! edges        how late the force follows starts and stops
 //! sanity       what is wrong with the recording; rows that cannot be compared
 //! speed        a recorded speed that is worse than that of the position
 //! events       spots that no form of the library has a place for; pulses: what finds them; bursts: what brakes for tenths
@@ -42,6 +43,7 @@ mod calibration;
 mod clock;
 mod condense;
 mod considered;
+mod edges;
 mod engine;
 mod equivalents;
 mod events;

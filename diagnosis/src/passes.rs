@@ -8,6 +8,7 @@ use crate::adequacy::{Doubt, doubts};
 use crate::bench::{Bench, Beside, Fit, Member};
 use crate::calibration::{moved, prior, shifted, way};
 use crate::considered;
+use crate::edges::Edges;
 use crate::equivalents::{self, Set};
 use crate::finding::id_of;
 use crate::nominal::Nominal;
@@ -100,6 +101,8 @@ pub(crate) struct Scene<'s> {
     pub(crate) ringing: Option<&'s [Vec<f64>]>,
     /// Travel since the force has turned from which on rows are compared, m: what play of the coupling leaves to be seen.
     pub(crate) seen_from_m: f64,
+    /// What starts and stops tell of the time between motion and force.
+    pub(crate) edges: Option<Edges>,
 }
 
 /// Searches as often as it takes.
@@ -274,7 +277,7 @@ fn again(bench: &mut Bench<'_>, members: Vec<Member>) -> Vec<Member> {
 fn around<'s>(
     simulation: &Simulation,
     nominal: &Nominal,
-    Scene { side, seen_from_m, .. }: Scene<'s>,
+    Scene { side, seen_from_m, edges, .. }: Scene<'s>,
     rows: &Rows,
     training: &[bool],
     values: &[f64],
@@ -285,6 +288,7 @@ fn around<'s>(
         Bench::new(rows.clone(), &side.contexts, training.to_vec(), &mismatch, tangent, prior(nominal, values));
     bench.is_relative = simulation.axis.position_reference == PositionReference::Relative;
     bench.seen_from_m = seen_from_m;
+    bench.edges = edges;
     bench.largest = rows.white(&side.drag_n).iter().map(|x| f64::from(*x) * f64::from(*x)).sum();
     Ok(bench)
 }
@@ -299,8 +303,9 @@ fn calibrated_n(nominal: &Nominal, side: &Side<'_>, rows: &Rows, mismatch: &[f64
 fn p_of_surest(bench: &Bench<'_>, pool: &Pool, members: &[Member]) -> f64 {
     let of = |at: usize| {
         let Beside { others, own, gain, .. } = bench.beside(members, at);
-        let locks = bench.locks(&own, &gain, &others);
-        search::p_of(&locks, pool.kinds, 1)
+        let p = search::p_of(&bench.locks(&own, &gain, &others), pool.kinds, 1);
+        let spoken = bench.edges.filter(|edges| edges.speak_for(&own.source));
+        spoken.map_or(p, |edges| p.min(edges.p()))
     };
     let named = |at: &usize| !matches!(members[*at].candidate.source, Source::Shift { .. });
     (0..members.len()).filter(named).map(of).fold(1.0, f64::min)
@@ -315,6 +320,9 @@ fn drop_small(bench: &Bench<'_>, members: &mut Vec<Member>) {
             members.iter().zip(&amplitudes).map(|(member, x)| bench.force(&member.candidate.source, x)).collect();
         let shares = shares(&bench.rows, &bench.tangent, &forces, 1.0);
         let least = |at: usize| {
+            if bench.is_spoken_for(&members[at].candidate.source) {
+                return 0.0;
+            }
             let Beside { others, own, gain, .. } = bench.beside(members, at);
             if search::is_small(bench, &own, &gain, &others) { LEAST_SHARE_OF_SMALL } else { LEAST_SHARE }
         };

@@ -96,12 +96,11 @@ pub(crate) fn search(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolera
         }
         let fit = bench.fit_members(&members);
         let short = short_list(bench, pool, &fit, tolerances, &members);
-        let Some(chosen) = short
+        let chosen = short
             .into_iter()
             .find(|(candidate, gain)| gain.score > 0.0 && holds(bench, pool, candidate, gain, &members, floor))
-        else {
-            break;
-        };
+            .or_else(|| spoken_for(bench, pool, &fit, tolerances, &members, floor));
+        let Some(chosen) = chosen else { break };
         if let Some((at, richer)) = best_upgrade(bench, pool, &members, chosen.1.score) {
             members[at] = bench.take(richer);
         } else {
@@ -117,11 +116,32 @@ pub(crate) fn search(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolera
     Found { members, p_no_mismatch }
 }
 
+/// The best cause that starts and stops speak for, where there is none yet.
+fn spoken_for(
+    bench: &Bench<'_>,
+    pool: &mut Pool,
+    fit: &Fit,
+    tolerances: &Tolerances<'_>,
+    members: &[Member],
+    floor: Floor,
+) -> Option<(Candidate, Gain)> {
+    if bench.edges.is_none() || members.iter().any(|member| bench.is_spoken_for(&member.candidate.source)) {
+        return None;
+    }
+    let order = pool.ranked_causes(bench, fit, tolerances);
+    let (index, _) = order.into_iter().find(|(index, _)| bench.is_spoken_for(&pool.causes[*index].source))?;
+    let (candidate, gain) = refine(bench, &pool.causes[index], fit);
+    (gain.score > 0.0 && is_relevant(bench, &candidate, &gain, floor)).then_some((candidate, gain))
+}
+
 /// Whether a candidate may be named beside the members: real and worth it.
 ///
 /// The evidence for a shift is what its tolerance would have to be stretched by. The data alone, which the locks ask,
 /// cannot tell a parameter that is free from one that is not.
 fn holds(bench: &Bench<'_>, pool: &Pool, candidate: &Candidate, gain: &Gain, members: &[Member], floor: Floor) -> bool {
+    if bench.is_spoken_for(&candidate.source) {
+        return is_relevant(bench, candidate, gain, floor);
+    }
     if gain.nats < FURTHER_IF_EVEN * (imitable(bench, candidate, members) + gain.nats) {
         return false;
     }
@@ -139,7 +159,9 @@ fn prune(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>, floor: Floor
             .filter_map(|at| {
                 let Beside { others, own, gain, .. } = bench.beside(members, at);
                 let fails = !holds(bench, pool, &own, &gain, &others, floor)
-                    || (is_small(bench, &own, &gain, &others) && !adequacy::is_even(bench, members, at));
+                    || (is_small(bench, &own, &gain, &others)
+                        && !bench.is_spoken_for(&own.source)
+                        && !adequacy::is_even(bench, members, at));
                 fails.then_some((at, gain.nats))
             })
             .min_by(|a, b| a.1.total_cmp(&b.1));

@@ -290,6 +290,7 @@ mod tests {
             saturation: &calibrated.saturation,
             ringing: Some(&[]),
             seen_from_m: 0.0,
+            edges: None,
         };
         let found =
             passes::run(&simulation, &nominal, scene, rows, &training, &calibrated.values, &mut None).expect("ends");
