@@ -33,6 +33,10 @@ const BESIDE: usize = 4;
 /// A step, of what the force scatters by at rest.
 const STANDS_OUT: f64 = 15.0;
 
+/// One window in so many is one of rest; way within others, of what it is there.
+const FEW: usize = 50;
+const STILL: f64 = 3.0;
+
 /// Way from rest that is a movement: of what the position scatters by, and at least, m.
 const MOVED: f64 = 5.0;
 const LEAST_M: f64 = 1e-7;
@@ -200,27 +204,29 @@ fn alike(mut edges: Vec<Edge>, seen: usize) -> Option<Vec<Edge>> {
     (edges.len() >= FEWEST && edges.len() as f64 >= CLEAR * seen as f64).then_some(edges)
 }
 
-/// Rests of a part: rows between which the position stays where it is.
+/// Rests of a part: rows over which the position moves hardly more than where it moves least.
 fn rests(x: &[f64]) -> Vec<std::ops::Range<usize>> {
     if x.len() < 4 * WINDOW_ROWS {
         return Vec::new();
     }
-    let way: Vec<f64> = x.windows(5).map(|five| (five[4] - five[0]).abs()).collect();
-    let mut sorted: Vec<f64> = way.iter().copied().filter(|w| w.is_finite()).collect();
+    let steps: Vec<f64> = x.windows(2).map(|two| (two[1] - two[0]).abs()).collect();
+    let way: Vec<f64> = steps.windows(WINDOW_ROWS).map(|steps| steps.iter().sum()).collect();
+    let mut sorted: Vec<f64> = way.iter().copied().filter(|way| way.is_finite()).collect();
     if sorted.is_empty() {
         return Vec::new();
     }
-    let few = sorted.len() / 50;
+    let few = sorted.len() / FEW;
     let quiet = *sorted.select_nth_unstable_by(few, f64::total_cmp).1;
-    let limit = (4.0 * quiet).max(LEAST_M);
+    let limit = (STILL * quiet).max(WINDOW_ROWS as f64 * LEAST_M);
     let mut rests = Vec::new();
     let mut from = None;
     for n in 0..=way.len() {
         match (way.get(n).is_some_and(|way| *way <= limit), from) {
-            (true, None) => from = Some(n + 2),
+            (true, None) => from = Some(n),
             (false, Some(start)) => {
-                if n + 2 - start >= 2 * WINDOW_ROWS {
-                    rests.push(start..n + 2);
+                let rest = start..n - 1 + WINDOW_ROWS;
+                if rest.len() >= 2 * WINDOW_ROWS {
+                    rests.push(rest);
                 }
                 from = None;
             }
@@ -285,4 +291,101 @@ fn mean(values: &[f64]) -> (f64, f64) {
     let mean = values.iter().sum::<f64>() / count;
     let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
     (mean, (squares / (count - 1.0).max(1.0) / count).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use simulation::mechanism::definition;
+    use simulation::run::{Break, Part};
+    use simulation::sensor::Noise;
+
+    use super::*;
+
+    const STEP_S: f64 = 5e-3;
+
+    /// Forty strokes to and fro with rests between, 10 N of friction with its sign `late_s` after that of the speed and
+    /// through a filter of `filter_s`; after a turn, play takes `play_s` up.
+    fn strokes(late_s: f64, filter_s: f64, play_s: f64) -> Run {
+        let (fine, each_s) = (50usize, 1.2037);
+        let sign = |t: f64| {
+            let (stroke, since) = ((t / each_s).floor(), t.rem_euclid(each_s));
+            let direction = if (stroke as i64).rem_euclid(2) == 0 { 1.0 } else { -1.0 };
+            let is_moving = t > 0.0 && (0.4..0.9).contains(&since);
+            if is_moving { (direction, since) } else { (0.0, since) }
+        };
+        // up within 0.1 s, down within 0.1 s
+        let speed = |t: f64| {
+            let (direction, since) = sign(t);
+            direction * 0.05 * ((since - 0.4) / 0.1).min((0.9 - since) / 0.1).clamp(0.0, 1.0)
+        };
+        let mut noise = Noise::new(3, 0);
+        let (mut x, mut filtered) = (0.0, 0.0);
+        let mut run = Run { position_m: Some(Vec::new()), ..Run::default() };
+        for n in 0..(40.0 * each_s / STEP_S) as usize {
+            for k in 0..fine {
+                let t = (n as f64 + k as f64 / fine as f64) * STEP_S;
+                x += speed(t) * STEP_S / fine as f64;
+                let (direction, since) = sign(t - late_s);
+                let force = if since - 0.4 < play_s { 0.0 } else { 10.0 * direction };
+                let share = if filter_s > 0.0 { 1.0 - (-STEP_S / fine as f64 / filter_s).exp() } else { 1.0 };
+                filtered += share * (force - filtered);
+            }
+            run.time_s.push((n + 1) as f64 * STEP_S);
+            run.drag_force_n.push(filtered + 0.05 * noise.gaussian());
+            run.position_m.as_mut().expect("it was set").push(x + 2e-7 * noise.gaussian());
+        }
+        run.parts = vec![Part { rows: 0..run.time_s.len(), segment: None, starts: Break::Start }];
+        run
+    }
+
+    fn of(run: Run) -> Option<Edges> {
+        Edges::of(std::slice::from_ref(&run))
+    }
+
+    fn source(id: Id, shape: &[f64]) -> Source {
+        Source::Mechanism { definition: definition(id), form: 0, shape: shape.to_vec() }
+    }
+
+    #[test]
+    fn edges_tell_a_late_force_from_a_filtered_one_and_both_from_friction_that_lags() {
+        let on_time = of(strokes(0.0, 0.0, 0.0)).expect("it rests and starts");
+        assert!(on_time.late_s.abs() < 4e-4 && on_time.tail_s.abs() < 1e-4, "{on_time:?}");
+        assert!(
+            on_time.allow(&source(Id::FrictionalLag, &[0.01])) && !on_time.allow(&source(Id::ForceLowpass, &[0.01]))
+        );
+        assert!(!on_time.speak_for(&source(Id::TimeMisalignment, &[])));
+
+        for delay_s in [-4e-3, 3e-3] {
+            let late = of(strokes(delay_s, 0.0, 0.0)).expect("it rests and starts");
+            assert!((late.late_s - delay_s).abs() < 4e-4 && late.tail_s.abs() < 1e-4, "{late:?}");
+            assert!(
+                late.speak_for(&source(Id::TimeMisalignment, &[])) && !late.speak_for(&source(Id::ForceLowpass, &[]))
+            );
+            assert!(
+                !late.allow(&source(Id::FrictionalLag, &[0.01])) && !late.allow(&source(Id::ForceLowpass, &[3e-3]))
+            );
+            let mut bounds = [(-1.0, 1.0)];
+            late.bind(&source(Id::TimeMisalignment, &[]), &mut bounds);
+            assert!(bounds[0].0 < delay_s && delay_s < bounds[0].1 && bounds[0].1 - bounds[0].0 < 3e-3, "{bounds:?}");
+        }
+
+        let filtered = of(strokes(0.0, 4e-3, 0.0)).expect("it rests and starts");
+        // half of what comes behind the middle of exp(-t/τ)
+        assert!((filtered.tail_s - 2e-3).abs() < 3e-4 && (filtered.late_s - 2.8e-3).abs() < 4e-4, "{filtered:?}");
+        assert!(
+            filtered.speak_for(&source(Id::ForceLowpass, &[4e-3]))
+                && filtered.allow(&source(Id::ForceLowpass, &[4e-3]))
+        );
+        assert!(
+            !filtered.allow(&source(Id::TimeMisalignment, &[])) && !filtered.allow(&source(Id::FrictionalLag, &[0.01]))
+        );
+    }
+
+    #[test]
+    fn play_and_a_carriage_that_does_not_rest_say_nothing() {
+        assert!(of(strokes(0.0, 0.0, 0.04)).is_none());
+        let mut run = strokes(0.0, 0.0, 0.0);
+        run.position_m.as_mut().expect("it was set").iter_mut().enumerate().for_each(|(n, x)| *x = 1e-4 * n as f64);
+        assert!(of(run).is_none());
+    }
 }

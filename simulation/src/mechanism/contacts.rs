@@ -3,7 +3,7 @@
 use super::context::Context;
 use super::definition::{Amplitude, Columns, Definition, Form, Kind};
 use super::id::Id;
-use super::{Positive, amplitude, at_most, ratio, shown, steps};
+use super::{Positive, amplitude, at_most, ratio, shown, steps, whole};
 
 /// E5 to E7: `F ~ Q^(4/3)` to `Q^(5/3)`, hardly separable, hence one exponent.
 pub(super) const HYSTERESIS_AND_SLIP: Definition = Definition {
@@ -186,6 +186,24 @@ pub(super) const STARVATION: Definition = Definition {
             columns: |context, shape| starved(context, *shape.first()?, *shape.get(1)?),
             phase_bound: false,
             equation: "as minimal, with recovery_s instead of 10 s",
+        },
+        Form {
+            name: "film",
+            shape: &[
+                ratio("length_m", "m", 0.5, 200.0, 5),
+                ratio("recovery_s", "s", 1.0, 300.0, 4),
+                steps("depth", "", 0.3, 0.98, 3),
+            ],
+            amplitudes: &[amplitude("growth", "", Positive, 0.1), whole("part", 0.4)],
+            columns: |context, shape| {
+                let (dry, depth) = (dryness(context, *shape.first()?, *shape.get(1)?), *shape.get(2)?);
+                let logs: Vec<f64> = dry.iter().map(|dry| libm::log1p(-depth * dry)).collect();
+                let contact = context.dry_n();
+                shown(vec![context.rows(|n| contact[n] * dry[n]), context.thinned_n(&logs)])
+            },
+            phase_bound: false,
+            equation: "F = growth·F_c·g + part·(F_law(ν·(1 - depth·g)) - F_law(ν)), g as minimal, F_c the law's friction in \
+                       proportion to the load",
         },
     ],
     axis: "travel",

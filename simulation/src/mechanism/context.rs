@@ -278,6 +278,26 @@ impl<'a> Context<'a> {
         self.by_speed_n().unwrap_or_else(|| self.against_motion(|n| self.steady.drag_n[n]))
     }
 
+    /// What the law says where the logarithm of the viscosity is larger by this in every row, less what it says, signed, N.
+    pub(crate) fn thinned_n(&self, logs: &[f64]) -> Vec<f64> {
+        let Some(friction) = &self.friction else {
+            let (force, bend) = (self.by_oil_n(), &self.viscosity_curvature_n);
+            return self.rows(|n| logs[n] * (force[n] + 0.5 * logs[n] * bend.get(n).unwrap_or(&0.0)));
+        };
+        let (q, h) = (&self.steady.load_per_ball_n, &self.steady.hersey);
+        self.against_motion(|n| {
+            let other = friction.coefficient(h[n] * libm::exp(logs[n])) - friction.coefficient(h[n]);
+            self.geometry.loaded_balls * q[n] * other
+        })
+    }
+
+    /// Friction of contacts that touch, N, signed: in proportion to the load; of laws without it, all friction.
+    pub(crate) fn dry_n(&self) -> Vec<f64> {
+        let Some(friction) = &self.friction else { return self.against_motion(|n| self.steady.drag_n[n]) };
+        let q = &self.steady.load_per_ball_n;
+        self.against_motion(|n| self.geometry.loaded_balls * friction.mu_coulomb * q[n])
+    }
+
     /// Load per ball over 150 N (that of 3 kN of preload, roughly); 1 for laws without a preload.
     pub(crate) fn relative_load(&self, row: usize) -> f64 {
         self.steady.load_per_ball_n.get(row).map_or(1.0, |q| q / 150.0)

@@ -65,17 +65,7 @@ fn thinned(context: &Context<'_>, log_ratio: impl Fn(f64) -> f64) -> Option<Colu
             last.1
         })
         .collect();
-    let Some(friction) = &context.friction else {
-        let (force, bend) = (context.by_oil_n(), &context.viscosity_curvature_n);
-        let of = |n: usize| logs[n] * (force[n] + 0.5 * logs[n] * bend.get(n).unwrap_or(&0.0));
-        return shown(vec![context.rows(of)]);
-    };
-    let (q, h) = (&context.steady.load_per_ball_n, &context.steady.hersey);
-    let of = |n: usize| {
-        let other = friction.coefficient(h[n] * libm::exp(logs[n])) - friction.coefficient(h[n]);
-        context.geometry.loaded_balls * q[n] * other
-    };
-    shown(vec![context.against_motion(of)])
+    shown(vec![context.thinned_n(&logs)])
 }
 
 /// E4: `τ dθ/dt = P - θ` with the friction power P; the oil thins by θ.
