@@ -50,8 +50,9 @@ const SURE_S: f64 = 1e-3;
 /// Standard errors that a cause may be off by.
 const ERRORS: f64 = 3.0;
 
-/// Tail from which a force is no merely late one, rows, and of what it is late by: a filter's is 0.7 of it.
-const TAIL_ROWS: f64 = 0.05;
+/// Tail from which a force is no merely late one, s, rows, and of what it is late by: a filter's is 0.7 of it.
+const TAIL_S: f64 = 4e-4;
+const TAIL_ROWS: f64 = 0.1;
 const TAIL_SHARE: f64 = 0.2;
 
 /// Scatters from the median, and least time, s, beyond which a start or stop is another matter.
@@ -140,7 +141,7 @@ impl Edges {
     pub(crate) fn allow(&self, source: &Source) -> bool {
         let Source::Mechanism { definition, form, shape } = source else { return true };
         match definition.id {
-            Id::FrictionalLag => self.late_s.abs() <= self.slack_s(),
+            Id::FrictionalLag => !self.has_tail() && self.late_s.abs() <= self.slack_s(),
             Id::TimeMisalignment => {
                 let (least, most) = self.delays();
                 !self.has_tail() && shape.first().is_none_or(|delay| (least..=most).contains(delay))
@@ -157,7 +158,7 @@ impl Edges {
 
     /// Whether starts and stops alone are evidence for a cause, whatever the rest of the recording shows of it.
     pub(crate) fn speak_for(&self, source: &Source) -> bool {
-        let is_faded = self.has_tail() && self.tail_s > SPEAKS * self.tail_error_s;
+        let is_faded = self.has_tail() && self.late_s > self.slack_s() && self.tail_s > SPEAKS * self.tail_error_s;
         source.is(Id::TimeMisalignment) && self.is_late() || source.is(Id::ForceLowpass) && is_faded
     }
 
@@ -190,10 +191,10 @@ impl Edges {
         (self.late_s - self.slack_s(), self.late_s + self.slack_s())
     }
 
-    /// Whether the force fades where a carriage stops, in time with its being late.
+    /// Whether the force fades where a carriage stops.
     fn has_tail(&self) -> bool {
-        let least = (TAIL_ROWS * self.step_s).max(TAIL_SHARE * self.late_s);
-        self.late_s > self.slack_s() && self.tail_s > least + ERRORS * self.tail_error_s
+        let least = TAIL_S.max(TAIL_ROWS * self.step_s).max(TAIL_SHARE * self.late_s);
+        self.tail_s > least + ERRORS * self.tail_error_s
     }
 }
 

@@ -5,6 +5,7 @@ use diagnosis::report::{Diagnosis, Verdict};
 use diagnosis::{Options, diagnose};
 use simulation::Simulation;
 use simulation::mechanism::{Added, Id};
+use simulation::motion::Motion;
 use simulation::profile::{Conditions, Course, Order, Staircase};
 use simulation::run::Run;
 use simulation::sensor::Noise;
@@ -93,12 +94,16 @@ fn a_film_that_starves_is_named_where_it_drags_less() {
 }
 
 #[test]
-fn within_a_row_a_delay_and_a_filter_are_left_open_and_over_ten_they_are_not() {
+fn within_a_row_starts_and_stops_alone_tell_a_delay_from_a_filter() {
     let filtered = |time_s: f64| {
         let course = strokes(&[0.01, 0.03, 0.1, 0.3], 0.1, 0.2, 3000.0);
         recorded(course, &[added(Id::ForceLowpass, 0, &[time_s], &[1.0])], nothing, 3)
     };
-    let within = diagnosis(&[filtered(0.002)]);
+    assert_eq!(sets(&diagnosis(&[filtered(0.002)])), [["force-lowpass"]]);
+    // without a position nothing tells where a start or a stop is
+    let run = filtered(0.002);
+    let velocity_m_s = Some(Motion::of(&run).velocity_m_s);
+    let within = diagnosis(&[Run { position_m: None, velocity_m_s, ..run }]);
     let [set] = sets(&within).try_into().unwrap_or_else(|sets| panic!("{sets:?}"));
     assert!(set.contains(&"force-lowpass") && set.contains(&"time-misalignment"), "{set:?}");
     assert_eq!(sets(&diagnosis(&[filtered(0.05)])), [["force-lowpass"]]);
@@ -156,4 +161,19 @@ fn a_small_cause_is_heard_beside_play_whose_edge_no_encoder_tells() {
         sets(&found)
     );
     assert!(found.holdout.rmse_after_n < 1.5 * NOISE_N, "{:?}", found.holdout);
+}
+
+#[test]
+fn a_program_known_by_its_column_alone_is_told_how_oil_in_the_inlet_feels_the_load() {
+    let column =
+        "schema = \"guideblock.simulation/1\"\n[tolerance]\npreload = 0.05\nfriction = 0.03\nviscosity = 0.05\n";
+    let column = Simulation::from_toml(column).unwrap();
+    let runs = [1000.0, 2500.0, 6000.0].map(|preload_n| {
+        let course = strokes(&[0.005, 0.01, 0.03, 0.1, 0.3], 0.2, 0.2, preload_n);
+        let simulated_force_n = Some(simulation().force(&course.run, &course.motion).unwrap());
+        let rolling = |v: f64, p: f64| 1.2 * (v / 0.1).powf(0.66) * (p / 3000.0).powf(0.47);
+        Run { simulated_force_n, ..recorded(course, &[], rolling, preload_n as u64) }
+    });
+    let found = diagnose(&runs, &[], &column, &Options::default()).diagnosis;
+    assert_eq!(sets(&found), [["hydrodynamic-rolling"]]);
 }

@@ -47,6 +47,10 @@ pub(super) const EXTERNAL_LOAD: Definition = Definition {
     simplicity: 2,
 };
 
+/// Power of the deflection that no friction goes beyond: where next to nothing is left of a column of force, its slope over
+/// it is none.
+const STEEPEST: f64 = 6.0;
+
 fn symmetric(context: &Context<'_>) -> Option<Vec<f64>> {
     let load = filled(context.run.external_load_n.as_ref())?;
     let preload = &context.steady.preload_n;
@@ -61,7 +65,7 @@ fn symmetric(context: &Context<'_>) -> Option<Vec<f64>> {
         if sign == 0.0 || !(preload[n] > 0.0 && drag[n] > 0.0) {
             continue;
         }
-        let exponent = 1.5 * context.by_preload_n[n] / (sign * drag[n]);
+        let exponent = (1.5 * context.by_preload_n[n] / (sign * drag[n])).clamp(-STEEPEST, STEEPEST);
         let ratio = load[n].abs() / preload[n];
         if last.0 != [ratio, exponent] {
             last = ([ratio, exponent], spread(ratio, exponent));
