@@ -41,8 +41,9 @@ const STILL: f64 = 3.0;
 const MOVED: f64 = 5.0;
 const LEAST_M: f64 = 1e-7;
 
-/// The second height of a ramp, of the first.
+/// The second height of a ramp, of the first, and windows within which it must be reached.
 const FARTHER: f64 = 20.0;
+const RAMP: usize = 10;
 
 /// Standard error of the mean lateness of starts, or of stops, from which nothing is said, s.
 const SURE_S: f64 = 1e-3;
@@ -99,15 +100,20 @@ impl Edges {
             }
             for part in &run.parts {
                 let (x, f) = (&position[part.rows.clone()], &run.drag_force_n[part.rows.clone()]);
+                let rests = rests(x);
+                if rests.is_empty() {
+                    continue;
+                }
                 let reversed = |values: &[f64]| values.iter().rev().copied().collect::<Vec<f64>>();
-                for rest in rests(x) {
+                let (x_back, f_back) = (reversed(x), reversed(f));
+                for rest in rests {
                     if let Some(edge) = start(x, f, rest.clone(), step_s) {
                         seen[0] += 1;
                         starts.extend(edge);
                     }
                     // a stop is a start in time reversed: late there is early here
                     let back = x.len() - rest.end..x.len() - rest.start;
-                    if let Some(edge) = start(&reversed(x), &reversed(f), back, step_s) {
+                    if let Some(edge) = start(&x_back, &f_back, back, step_s) {
                         seen[1] += 1;
                         stops.extend(edge.map(|edge| Edge { late_s: -edge.late_s, ..edge }));
                     }
@@ -245,7 +251,8 @@ fn start(x: &[f64], f: &[f64], rest: std::ops::Range<usize>, step_s: f64) -> Opt
     let (place, scatter) = level(&x[inner.clone()])?;
     let height = (MOVED * scatter).max(LEAST_M);
     let middle = (inner.start + inner.end) / 2;
-    let leaves = |height: f64| (middle..x.len()).find(|n| !((x[*n] - place).abs() <= height));
+    let near = (rest.end + RAMP * window).min(x.len());
+    let leaves = |height: f64| (middle..near).find(|n| !((x[*n] - place).abs() <= height));
     let (at, farther) = (leaves(height)?, leaves(FARTHER * height)?);
     let (from, to) = (at.checked_sub(window)?, at + window);
     if to >= f.len() || from < rest.start || f[from..to].iter().any(|f| !f.is_finite()) {

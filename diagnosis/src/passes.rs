@@ -181,7 +181,11 @@ pub(crate) fn run<'s>(
         let considered = considered::of(&bench, &mut pool, &tolerances, &members, &equivalents);
         let mut fit = bench.fit_members(&members);
         let mut calibrated = moved(nominal, &values, &fit.values[..values.len()]);
-        if !nominal.is_incomplete() && is_worse(nominal, side, &bench, &members, &fit, (&calibrated, start))? {
+        let is_shift_only = members.iter().all(|member| matches!(member.candidate.source, Source::Shift { .. }));
+        if !nominal.is_incomplete()
+            && !is_shift_only
+            && is_worse(nominal, side, &bench, &members, &fit, (&calibrated, start))?
+        {
             // where law and causes make up for one another, straight lines lead nowhere: the law stays where it was
             bench = around(simulation, nominal, scene, &rows, training, start)?;
             members = again(&mut bench, members);

@@ -257,3 +257,21 @@ fn calibration_does_not_follow_what_the_law_cannot_know() {
         assert!(held.rmse_calibrated_n < 1.02 * held.rmse_before_n, "{percent} % and {spike_n} N: {held:?}");
     }
 }
+
+#[test]
+fn the_interval_of_a_number_that_is_off_knows_of_those_beside_it() {
+    let simulation = simulation("[tolerance]\npreload = 0.05\nfriction = 0.03\nviscosity = 0.05\n");
+    for percent in [-40.0, -35.0, 35.0, 40.0, 45.0] {
+        let course = strokes();
+        let law = simulation.force(&course.run, &course.motion).unwrap();
+        let mut run = recorded(&simulation, course, nothing);
+        run.drag_force_n.iter_mut().zip(&law).for_each(|(force, law)| *force += percent / 100.0 * law);
+        let found = outcome(&run, &simulation).diagnosis;
+        assert_eq!(ids(&found), ["parameter-shift"], "{percent} %");
+        for number in &found.mechanisms[0].parameters {
+            // at one preload, what the preload may be off by cannot be told from friction
+            let [low, high] = number.ci95;
+            assert!(high - low > 0.02 && low * percent > 0.0 && high * percent > 0.0, "{percent} %: {number:?}");
+        }
+    }
+}
