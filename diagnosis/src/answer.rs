@@ -10,7 +10,7 @@ use crate::experiment;
 use crate::export;
 use crate::finding::{comes_and_goes, contamination, finding, quantisation, resonance, saturation, speed_noise};
 use crate::nominal::Nominal;
-use crate::passes::Found;
+use crate::found::Found;
 use crate::refit;
 use crate::region::region;
 use crate::report::{DataQuality, Diagnosis, Finding, NextExperiment, Region, SCHEMA, Unexplained, Verdict};

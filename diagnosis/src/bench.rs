@@ -95,6 +95,13 @@ impl Fit {
     pub(crate) fn value_of(&self, column: usize) -> f64 {
         self.active.iter().position(|a| *a == column).map_or(0.0, |at| self.values[at])
     }
+
+    /// The values of another fit, in which some columns take no part, with the variances of this one, in which they do.
+    pub(crate) fn standing(mut self, other: &Fit) -> Self {
+        self.values = self.active.iter().map(|column| other.value_of(*column)).collect();
+        self.rss = other.rss;
+        self
+    }
 }
 
 /// See the module.
@@ -398,8 +405,8 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// What the candidate adds to a fit, for which it must be prepared.
-    pub(crate) fn gain(&self, candidate: &Candidate, fit: &Fit) -> Gain {
+    /// What a fit leaves of a candidate's inner products, and of those with the mismatch; it must be prepared for the fit.
+    fn left(&self, candidate: &Candidate, fit: &Fit) -> (Symmetric, Vec<f64>) {
         let count = candidate.columns.len();
         let cross = |column: usize, k: usize| {
             candidate.cross.get(column).and_then(Option::as_ref).map_or(0.0, |products| products[k])
@@ -424,6 +431,18 @@ impl<'a> Bench<'a> {
                 left.set(i, j, rest);
             }
         }
+        (left, right)
+    }
+
+    /// Inverse variance of a candidate's only amplitude beside a fit, for which it must be prepared.
+    pub(crate) fn precision(&self, candidate: &Candidate, fit: &Fit) -> f64 {
+        self.left(candidate, fit).0.get(0, 0)
+    }
+
+    /// What the candidate adds to a fit, for which it must be prepared.
+    pub(crate) fn gain(&self, candidate: &Candidate, fit: &Fit) -> Gain {
+        let count = candidate.columns.len();
+        let (left, right) = self.left(candidate, fit);
         let (nats, amplitudes) = bounded(&left, &right, &candidate.bounds);
         let own: f64 = (0..count)
             .map(|i| amplitudes[i] * (0..count).map(|j| candidate.own.get(i, j) * amplitudes[j]).sum::<f64>())

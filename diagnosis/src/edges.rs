@@ -4,7 +4,7 @@
 //! ```text
 //! g(t) = (F(t) - F_before)/(F_after - F_before)       of one start from rest, or one stop
 //! late   time from where the position leaves its rest, or comes to it, to where g passes 1/2
-//! tail   ∫ (1 - g) dt behind that, of stops: the force of a carriage that rests is known
+//! tail   ∫ (1 - g) dt behind that, of stops, as far as the window goes: the force of a carriage that rests is known
 //! ```
 //!
 //! While the motion keeps its direction the three look alike. At its ends they do not: a channel that is late steps late,
@@ -77,6 +77,7 @@ pub(crate) struct Edges {
     tail_s: f64,
     tail_error_s: f64,
     step_s: f64,
+    window_s: f64,
 }
 
 /// One start or stop.
@@ -134,12 +135,14 @@ impl Edges {
         }
         let unlike_s = 0.5 * (ramp(&starts)? - ramp(&stops)?).abs();
         let tail = of(&stops, |edge| edge.tail_s);
+        let step_s = runs.iter().map(Run::step_s).find(|step| *step > 0.0)?;
         Some(Edges {
             late_s: 0.5 * (start.0 + stop.0),
             late_error_s: (0.5 * start.1.hypot(stop.1)).hypot(FILTERS_S) + unlike_s / ERRORS,
             tail_s: tail.0,
             tail_error_s: tail.1,
-            step_s: runs.iter().map(Run::step_s).find(|step| *step > 0.0)?,
+            step_s,
+            window_s: window(step_s) as f64 * step_s,
         })
     }
 
@@ -154,8 +157,9 @@ impl Edges {
             }
             Id::ForceLowpass => {
                 let time = shape.first().copied().unwrap_or(0.0) * if *form == 0 { 1.0 } else { 2.0 };
-                // behind its middle exp(-t/τ) has half of its area
-                let is_there = self.tail_s + ERRORS * self.tail_error_s >= PRESENT * 0.5 * time;
+                // behind its middle exp(-t/τ) has half of its area, of which the window sees all but the end
+                let seen_s = time * (0.5 - (-self.window_s / time.max(1e-9)).exp()).max(0.0);
+                let is_there = self.tail_s + ERRORS * self.tail_error_s >= PRESENT * seen_s;
                 is_there && (!self.is_late() || self.tail_s > ERRORS * self.tail_error_s)
             }
             _ => true,
@@ -204,6 +208,11 @@ impl Edges {
     }
 }
 
+/// Rows of a window.
+fn window(step_s: f64) -> usize {
+    ((WINDOW_S / step_s) as usize).max(WINDOW_ROWS)
+}
+
 /// Those without outliers; `None` where too few of what was seen are left.
 fn alike(mut edges: Vec<Edge>, seen: usize) -> Option<Vec<Edge>> {
     let (middle, scatter) = level(&edges.iter().map(|edge| edge.late_s).collect::<Vec<_>>())?;
@@ -246,7 +255,7 @@ fn rests(x: &[f64]) -> Vec<std::ops::Range<usize>> {
 /// The start that ends a rest. `None` where none is seen or the force does not step; the inner `None` where it does so
 /// without passing its middle once.
 fn start(x: &[f64], f: &[f64], rest: std::ops::Range<usize>, step_s: f64) -> Option<Option<Edge>> {
-    let window = ((WINDOW_S / step_s) as usize).max(WINDOW_ROWS);
+    let window = window(step_s);
     let inner = rest.start + BESIDE..rest.end - BESIDE;
     let (place, scatter) = level(&x[inner.clone()])?;
     let height = (MOVED * scatter).max(LEAST_M);
@@ -267,7 +276,7 @@ fn start(x: &[f64], f: &[f64], rest: std::ops::Range<usize>, step_s: f64) -> Opt
     let moved = |n: usize| (f[n] - before) / (after - before);
     let mut passes = (from + 1..to).filter(|n| (moved(*n) >= 0.5) != (moved(n - 1) >= 0.5));
     let (Some(passed), None) = (passes.next(), passes.next()) else { return Some(None) };
-    let tail: f64 = (from..passed).rev().take(WINDOW_ROWS).map(moved).sum();
+    let tail: f64 = (from..passed).map(moved).sum();
     Some(Some(Edge {
         late_s: (passed as f64 - at as f64) * step_s,
         tail_s: tail * step_s,
@@ -309,12 +318,14 @@ mod tests {
 
     use super::*;
 
-    const STEP_S: f64 = 5e-3;
-
     /// Forty strokes to and fro with rests between, 10 N of friction with its sign `late_s` after that of the speed and
     /// through a filter of `filter_s`; after a turn, play takes `play_s` up.
     fn strokes(late_s: f64, filter_s: f64, play_s: f64) -> Run {
-        let (fine, each_s) = (50usize, 1.2037);
+        strokes_at(5e-3, late_s, filter_s, play_s)
+    }
+
+    fn strokes_at(step_s: f64, late_s: f64, filter_s: f64, play_s: f64) -> Run {
+        let (fine, each_s) = ((1e4 * step_s) as usize, 1.2037);
         let sign = |t: f64| {
             let (stroke, since) = ((t / each_s).floor(), t.rem_euclid(each_s));
             let direction = if (stroke as i64).rem_euclid(2) == 0 { 1.0 } else { -1.0 };
@@ -329,16 +340,16 @@ mod tests {
         let mut noise = Noise::new(3, 0);
         let (mut x, mut filtered) = (0.0, 0.0);
         let mut run = Run { position_m: Some(Vec::new()), ..Run::default() };
-        for n in 0..(40.0 * each_s / STEP_S) as usize {
+        for n in 0..(40.0 * each_s / step_s) as usize {
             for k in 0..fine {
-                let t = (n as f64 + k as f64 / fine as f64) * STEP_S;
-                x += speed(t) * STEP_S / fine as f64;
+                let t = (n as f64 + k as f64 / fine as f64) * step_s;
+                x += speed(t) * step_s / fine as f64;
                 let (direction, since) = sign(t - late_s);
                 let force = if since - 0.4 < play_s { 0.0 } else { 10.0 * direction };
-                let share = if filter_s > 0.0 { 1.0 - (-STEP_S / fine as f64 / filter_s).exp() } else { 1.0 };
+                let share = if filter_s > 0.0 { 1.0 - (-step_s / fine as f64 / filter_s).exp() } else { 1.0 };
                 filtered += share * (force - filtered);
             }
-            run.time_s.push((n + 1) as f64 * STEP_S);
+            run.time_s.push((n + 1) as f64 * step_s);
             run.drag_force_n.push(filtered + 0.05 * noise.gaussian());
             run.position_m.as_mut().expect("it was set").push(x + 2e-7 * noise.gaussian());
         }
@@ -387,6 +398,16 @@ mod tests {
         assert!(
             !filtered.allow(&source(Id::TimeMisalignment, &[])) && !filtered.allow(&source(Id::FrictionalLag, &[0.01]))
         );
+    }
+
+    #[test]
+    fn a_slow_filter_is_seen_at_any_rate() {
+        for step_s in [1e-3, 5e-3] {
+            let filtered = of(strokes_at(step_s, 0.0, 0.025, 0.0)).expect("it rests and starts");
+            let lowpass = source(Id::ForceLowpass, &[0.025]);
+            assert!(filtered.speak_for(&lowpass) && filtered.allow(&lowpass), "{filtered:?}");
+            assert!(!filtered.allow(&source(Id::TimeMisalignment, &[])), "{filtered:?}");
+        }
     }
 
     #[test]

@@ -6,16 +6,18 @@ use simulation::run::Run;
 use crate::answer;
 use crate::balance::Aside;
 use crate::calibration::{Calibrated, calibrate, unbound};
+use crate::case::{Case, Hints};
 use crate::condense::{condensed, factor};
 use crate::edges::Edges;
 use crate::events;
 use crate::nominal::Nominal;
-use crate::passes::{self, Found, Scene};
+use crate::found::Found;
+use crate::law_alone::law_alone;
+use crate::passes;
 use crate::play::Play;
 use crate::proof::Split;
 use crate::report::{DataQuality, Diagnosis, Holdout, SCHEMA, Unexplained, Verdict};
 use crate::resolution::coarsest;
-use crate::rest::rms;
 use crate::ringing;
 use crate::rows::Rows;
 use crate::sanity;
@@ -141,54 +143,60 @@ fn attempt(
     let ringing = ringing::unmask(&nominal, &calibrated, &training, &mut rows)?;
     let Calibrated { values: mut law_only, mut side, mut saturation, .. } = calibrated;
     let pointed = (!is_noisy).then_some(ringing.pointed.as_slice());
-    let mut scene = Scene { side: &side, saturation: &saturation, ringing: pointed, seen_from_m: 0.0, edges };
-    let mut found = searched(simulation, &nominal, scene, &rows, &training, &law_only)?;
-    let play = Play::of(&nominal, &side, &training, &found);
+    let step_n = runs.iter().filter_map(|run| sanity::quantum(&run.drag_force_n)).max_by(f64::total_cmp);
+    let hints = Hints { ringing: pointed, edges, step_n };
+    let nominal = &nominal;
+    let case = Case { simulation, nominal, side: &side, training: &training, saturation: &saturation, seen_from_m: 0.0, hints };
+    let mut found = searched(&case, &rows, &law_only)?;
+    let play = Play::of(nominal, &side, &training, &found);
+    let seen_from_m = play.as_ref().map_or(0.0, Play::edge_m);
     if let Some(play) = &play {
         play.set_aside(&side, &mut training);
         rows = Rows::new(runs, &training, coarsest);
         Calibrated { values: law_only, side, saturation, .. } =
-            calibrate(simulation, &nominal, side, &mut rows, &training)?;
-        scene = Scene { side: &side, saturation: &saturation, ringing: pointed, seen_from_m: play.edge_m(), edges };
-        found = searched(simulation, &nominal, scene, &rows, &training, &law_only)?;
+            calibrate(simulation, nominal, side, &mut rows, &training)?;
+        let case = Case { simulation, nominal, side: &side, training: &training, saturation: &saturation, seen_from_m, hints };
+        found = searched(&case, &rows, &law_only)?;
     }
     if spots.is_none() && !found.members.is_empty() {
         // what was found may have hidden them
-        rows.learn(&found.left);
-        spots = events::spots(&side, &rows, &training, &found.left);
-        if let Some(spots) = &spots {
-            spots.set_aside(&mut training);
-            rows = Rows::new(runs, &training, coarsest);
-            rows.learn(&found.left);
-            found = searched(simulation, &nominal, scene, &rows, &training, &law_only)?;
+        let left = std::mem::take(&mut found.left);
+        rows.learn(&left);
+        spots = events::spots(&side, &rows, &training, &left);
+        match &spots {
+            None => found.left = left,
+            Some(spots) => {
+                spots.set_aside(&mut training);
+                rows = Rows::new(runs, &training, coarsest);
+                rows.learn(&left);
+                let case =
+                    Case { simulation, nominal, side: &side, training: &training, saturation: &saturation, seen_from_m, hints };
+                found = searched(&case, &rows, &law_only)?;
+            }
         }
     }
     let aside = Aside { spots: spots.as_ref(), speed, heard: ringing.heard.as_ref(), play: play.as_ref() };
     let proof =
-        scores::score(simulation, &nominal, &side, holdout, &split, coarsest, &law_only, &found, &aside, options)?;
-    let (diagnosis, augmented) = answer::write(simulation, &nominal, &side, &training, &found, &aside, proof, quality)?;
+        scores::score(simulation, nominal, &side, holdout, &split, coarsest, &law_only, &found, &aside, options)?;
+    let (diagnosis, augmented) = answer::write(simulation, nominal, &side, &training, &found, &aside, proof, quality)?;
     Ok(Outcome { diagnosis, augmented: Some(augmented) })
 }
 
 /// Searches around the law with its numbers where calibration left them.
-fn searched<'s>(
-    simulation: &Simulation,
-    nominal: &Nominal,
-    scene: Scene<'s>,
-    rows: &Rows,
-    training: &[bool],
-    law_only: &[f64],
-) -> Result<Found<'s>, String> {
-    let start = unbound(nominal, scene.side, rows, training, law_only)?;
+fn searched<'s>(case: &Case<'s>, rows: &Rows, law_only: &[f64]) -> Result<Found<'s>, String> {
+    let start = unbound(case.nominal, case.side, rows, case.training, law_only)?;
     let mut kept = None;
-    let found = passes::run(simulation, nominal, scene, rows.clone(), training, &start, &mut kept)?;
-    let left_n = |values: &[f64]| Ok::<f64, String>(rms(&rows.plain(&scene.side.residual(nominal, values)?)));
-    // a law that is off is accepted as such only if nothing else is needed; else it has imitated what is missing, or the
-    // way there has led astray
-    if start != law_only && !(found.is_shift_only() && left_n(&found.with_shifts)? < left_n(law_only)?) {
-        return passes::run(simulation, nominal, scene, rows.clone(), training, law_only, &mut kept);
+    if start == law_only {
+        return passes::run(case, rows.clone(), law_only, &mut kept);
     }
-    Ok(found)
+    // a law that is off is accepted as such only if nothing else is needed; else it has imitated what is missing
+    let found = passes::run(case, rows.clone(), &start, &mut kept)?;
+    if found.has_no_cause()
+        && let Some(alone) = law_alone(case, rows, &start, law_only, &mut kept)?
+    {
+        return Ok(alone);
+    }
+    passes::run(case, rows.clone(), law_only, &mut kept)
 }
 
 /// Averages of this many rows each; `None` where rows stay as they are.

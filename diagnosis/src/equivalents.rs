@@ -10,7 +10,7 @@ use crate::search::simplicity;
 use crate::source::Source;
 
 /// Rivals this many nats behind are still in the race.
-const TIE: f64 = 3.0;
+pub(crate) const TIE: f64 = 3.0;
 
 /// A rival that explains this share of the evidence differs by less than what two writings of one cause differ by.
 pub(crate) const NEAR: f64 = 0.004;

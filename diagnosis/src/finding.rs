@@ -3,11 +3,11 @@
 use simulation::mechanism::{Id, Kind, Search, definition};
 
 use crate::adequacy::Doubt;
-use crate::bench::{Bench, Fit, Member};
+use crate::bench::{Bench, Beside, Fit, Member};
 use crate::events::{Number, Spots};
 use crate::nominal::Nominal;
 use crate::open_set;
-use crate::passes::Found;
+use crate::found::Found;
 use crate::report::{Estimate, Finding};
 use crate::ringing::Heard;
 use crate::source::Source;
@@ -210,7 +210,9 @@ pub(crate) fn finding(
         Source::Shift { parameter } => {
             let what = &nominal.parameters[*parameter];
             let value = calibrated[*parameter] + amplitudes[0];
-            parameters.push(estimate(what.name.to_owned(), value, deviation(member.base[0]), what.unit));
+            let Beside { fit, own, .. } = bench.beside(&found.members, at);
+            let sigma = 1.0 / bench.precision(&own, &fit).sqrt();
+            parameters.push(estimate(what.name.to_owned(), value, sigma, what.unit));
             let tolerance = 100.0 * what.sigma.unwrap_or(0.0);
             let text = format!(
                 "The {} is {:+.1} % off what the simulation assumes, beyond its tolerance of {tolerance:.1} %.",

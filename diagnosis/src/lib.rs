@@ -4,7 +4,7 @@
 //! engine       the order of everything
 //! side         runs with what follows from their motion; resolution: the time over which they are compared
 //! edges        how late the force follows starts and stops
-//! sanity       what is wrong with the recording; rows that cannot be compared
+//! sanity       what is wrong with the recording; rows that cannot be compared; condense: averages of a fast one
 //! speed        a recorded speed that is worse than that of the position
 //! events       spots that no form of the library has a place for; pulses: what finds them; bursts: what brakes for tenths
 //!              of a second
@@ -18,10 +18,13 @@
 //! locks        is an effect real? two tests that must agree
 //! ringing      a structure that rings, taken for noise; spectra: what stands out at every speed
 //! pool         all that may act; refine: its shapes; spectrum: wavelengths; peaks: the highest of them
+//! case         what a search is about
 //! search       which named causes act; story: curves without a name; open_set: what has no name here
 //! clock        what repeats in time; adequacy: is what explains much what acts? load_law: does it feel the load as it must?
 //! passes       the search, and again around where it has led; settle: the law beside what was found; rest: what is left
-//! equivalents  what this recording cannot tell apart; experiment: the next run that would, by simulation
+//! found        what they have led to; law_alone: the law's own numbers off, and nothing beside them; refit: with numbers that
+//!              the simulation left out
+//! equivalents  what this recording cannot tell apart; considered: what else was thought of; experiment: the next run that would, by simulation
 //! proof        rows set aside; scores: the three stages there, and what each cause does
 //! balance      who has which share of the mismatch; answer: what is said; finding, region
 //! export       the simulation file that knows what was found
@@ -40,6 +43,7 @@ mod bench;
 mod bridge;
 mod bursts;
 mod calibration;
+mod case;
 mod clock;
 mod condense;
 mod considered;
@@ -50,6 +54,8 @@ mod events;
 mod experiment;
 mod export;
 mod finding;
+mod found;
+mod law_alone;
 mod linear;
 mod load_law;
 mod locks;

@@ -10,7 +10,7 @@ use simulation::Simulation;
 use crate::bench::{Bench, Member};
 use crate::calibration::{moved, prior, way};
 use crate::nominal::Nominal;
-use crate::passes::Found;
+use crate::found::Found;
 use crate::side::Side;
 
 /// Most rounds.

@@ -9,7 +9,7 @@ use crate::balance::Aside;
 use crate::engine::Options;
 use crate::linear::{Cholesky, Symmetric, dot};
 use crate::nominal::Nominal;
-use crate::passes::Found;
+use crate::found::Found;
 use crate::play::Play;
 use crate::proof::{self, Split, Stages};
 use crate::report::{DataQuality, Holdout};
@@ -140,7 +140,7 @@ impl Scene<'_> {
                 let force = match &member.candidate.source {
                     Source::Shift { parameter } => {
                         let mut values = self.found.with_shifts.clone();
-                        values[*parameter] = self.found.calibrated[*parameter];
+                        values[*parameter] = 0.0;
                         let without = side.residual(self.nominal, &values).ok()?;
                         without
                             .iter()

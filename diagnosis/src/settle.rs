@@ -26,6 +26,13 @@ pub(crate) struct Valley<'a> {
     pub(crate) members: &'a [Member],
 }
 
+/// Where the law comes to rest.
+pub(crate) struct Bottom {
+    pub(crate) values: Vec<f64>,
+    /// Squared mismatch, whitened, that the causes leave there, with the price of moved numbers.
+    pub(crate) left: f64,
+}
+
 /// What is known of one choice of the law's numbers.
 struct Place {
     /// Squared mismatch that the causes leave there, with the price of moved numbers.
@@ -38,6 +45,11 @@ impl Valley<'_> {
     /// The law's numbers, from `values` on and relative as those are; causes have whatever size is best there. A number
     /// that is said to have shifted is free.
     pub(crate) fn settled(&self, values: &[f64]) -> Result<Vec<f64>, String> {
+        Ok(self.bottom(values)?.values)
+    }
+
+    /// The same, and what is left there.
+    pub(crate) fn bottom(&self, values: &[f64]) -> Result<Bottom, String> {
         let mut values = values.to_vec();
         let mut here = self.place(&values)?;
         for _ in 0..MOST_STEPS {
@@ -48,7 +60,12 @@ impl Valley<'_> {
                 break;
             }
         }
-        Ok(values)
+        Ok(Bottom { values, left: here.left })
+    }
+
+    /// What is left at some numbers, as in [`Bottom`].
+    pub(crate) fn left(&self, values: &[f64]) -> Result<f64, String> {
+        Ok(self.place(values)?.left)
     }
 
     /// Where a step, or what is left of it after a few halvings, lowers what is left.

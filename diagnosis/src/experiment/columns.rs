@@ -7,7 +7,7 @@ use simulation::profile::Course;
 
 use crate::bench::{Candidate, Member};
 use crate::nominal::Nominal;
-use crate::passes::Found;
+use crate::found::Found;
 use crate::report::DataQuality;
 use crate::sanity::compared;
 use crate::source::{Source, raw_columns};
