@@ -9,8 +9,9 @@ use crate::equivalents;
 use crate::experiment;
 use crate::export;
 use crate::finding::{comes_and_goes, contamination, finding, quantisation, resonance, saturation, speed_noise};
-use crate::nominal::Nominal;
 use crate::found::Found;
+use crate::locks::least_of;
+use crate::nominal::Nominal;
 use crate::refit;
 use crate::region::region;
 use crate::report::{DataQuality, Diagnosis, Finding, NextExperiment, Region, SCHEMA, Unexplained, Verdict};
@@ -21,6 +22,9 @@ use crate::source::added;
 
 /// Error on rows that were set aside, of that of the simulation as it was given, from which on a warning is due.
 const WORSE: f64 = 1.1;
+
+/// Share of the mismatch, in square, that is left and not said to be noise-like.
+const MORE_THAN_NOISE: f64 = 0.1;
 
 /// Writes both.
 #[expect(clippy::too_many_arguments, reason = "what was found, and where it is written down")]
@@ -101,13 +105,28 @@ pub(crate) fn write(
     augmented.mechanisms.extend(rounding.map(|it| shown(Id::ForceQuantisation, noise_over_step(it))));
     augmented.mechanisms.extend(clipped.map(|(limit, _)| shown(Id::ForceSaturation, limit)));
     let held = &proof.holdout;
-    let is_worse = held.improvement_ci95[1] < 0.0 || held.rmse_after_n > WORSE * held.rmse_before_n;
+    let is_worse =
+        held.improvement_ci95[1] < 0.0 || held.rmse_after_n > WORSE * held.rmse_before_n.min(held.rmse_calibrated_n);
     if !found.members.is_empty() && is_worse {
         let text = "what was found makes the error larger on the rows that were set aside: it does not carry over, and the \
                     augmented simulation is not to be used there";
         quality.warnings.push(text.to_owned());
     }
-    let signature = if mechanisms.is_empty() { "nothing beyond the noise" } else { "the rest is noise-like" };
+    let (taught, scored) = (found.bench.rows.decimation(), proof.averaged);
+    if scored > taught {
+        let text = format!(
+            "the error is that of averages of {scored} rows and the noise that of {taught}: what changes faster than those \
+             averages is not scored"
+        );
+        quality.warnings.push(text);
+    }
+    let signature = match mechanisms.is_empty() {
+        true => "nothing beyond the noise",
+        false if balance.unexplained > MORE_THAN_NOISE => {
+            "more than noise is left, which no cause of the library follows"
+        }
+        false => "the rest is noise-like",
+    };
     let diagnosis = Diagnosis {
         schema: SCHEMA,
         verdict: verdict(&mechanisms, balance.unexplained),
@@ -115,12 +134,8 @@ pub(crate) fn write(
         p_no_mismatch: if rounding.is_some() || clipped.is_some() || noisy.is_some() {
             0.0
         } else {
-            let beside = spots
-                .map(|spots| spots.p)
-                .into_iter()
-                .chain(heard.map(|(heard, _)| heard.p))
-                .chain(play.map(|(play, _)| play.p));
-            beside.fold(found.p_no_mismatch.min(balance.p_steady), f64::min)
+            let beside = [spots.map(|spots| spots.p), heard.map(|(heard, _)| heard.p), play.map(|(play, _)| play.p)];
+            least_of([found.p_no_mismatch, balance.p_steady].into_iter().chain(beside.into_iter().flatten()))
         },
         noise_floor_n: balance.noise_n,
         holdout: proof.holdout,

@@ -6,8 +6,8 @@ use simulation::run::Run;
 
 use crate::bursts::bursts;
 use crate::events::Spots;
-use crate::open_set;
 use crate::found::Found;
+use crate::open_set;
 use crate::passes::LEAST_SHARE;
 use crate::play::Play;
 use crate::rest::power;

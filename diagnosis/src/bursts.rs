@@ -5,8 +5,8 @@
 //! are as far from their median as noise is, a few are many times farther, and those brake.
 
 use crate::events::BUILT_UP_M;
-use crate::noise::robust_sigma;
 use crate::side::Side;
+use crate::statistics::{median, robust_sigma};
 
 /// Times that are averaged over, s.
 const AVERAGED_S: [f64; 3] = [0.1, 0.2, 0.4];
@@ -37,30 +37,29 @@ pub(crate) struct Bursts {
 
 /// Looks for bursts in what the law leaves; `left` has an entry a row of all runs.
 pub(crate) fn bursts(side: &Side<'_>, left: &[f64]) -> Option<Bursts> {
-    let (mut parts, mut start, mut step_s) = (Vec::new(), 0, 0.0);
+    let (mut parts, mut start) = (Vec::new(), 0);
     for context in &side.contexts {
-        step_s = context.run.step_s();
+        let step_s = context.run.step_s().max(1e-9);
         for part in &context.run.parts {
             let braking = |n: usize| {
                 let is_told = side.compared[start + n] && context.since_reversal_m[n] > BUILT_UP_M;
                 let braking = context.steady.direction[n] * left[start + n];
                 if is_told && context.steady.direction[n] != 0.0 { braking } else { f64::NAN }
             };
-            parts.push(part.rows.clone().map(braking).collect::<Vec<f64>>());
+            parts.push((step_s, part.rows.clone().map(braking).collect::<Vec<f64>>()));
         }
         start += context.run.len();
     }
     let rows = side.compared.iter().filter(|compared| **compared).count();
-    AVERAGED_S
-        .iter()
-        .filter_map(|averaged_s| of_width(&parts, ((averaged_s / step_s.max(1e-9)) as usize).max(FEWEST_ROWS), rows))
-        .min_by(|a, b| a.p.total_cmp(&b.p))
+    AVERAGED_S.iter().filter_map(|averaged_s| of_length(&parts, *averaged_s, rows)).min_by(|a, b| a.p.total_cmp(&b.p))
 }
 
-/// Those that last for about so many rows.
-fn of_width(parts: &[Vec<f64>], width: usize, rows: usize) -> Option<Bursts> {
+/// Those that last for about so long. `parts`: time between two rows, and the rows.
+fn of_length(parts: &[(f64, Vec<f64>)], averaged_s: f64, rows: usize) -> Option<Bursts> {
     let (mut braking, mut pushing, mut averages, mut squares) = (0, 0, 0, 0.0);
-    for part in parts.iter().filter_map(|part| Averages::of(part, width)) {
+    for (step_s, part) in parts {
+        let width = ((averaged_s / step_s) as usize).max(FEWEST_ROWS);
+        let Some(part) = Averages::of(part, width) else { continue };
         averages += part.from_median.iter().flatten().count();
         let bursts = part.bursts(1.0);
         braking += bursts.len();
@@ -90,8 +89,7 @@ impl Averages {
         };
         let averages: Vec<Option<f64>> = part.chunks_exact(width).map(average).collect();
         let mut told: Vec<f64> = averages.iter().flatten().copied().collect();
-        told.sort_unstable_by(f64::total_cmp);
-        let median = *told.get(told.len() / 2)?;
+        let median = median(told.clone())?;
         told.iter_mut().for_each(|x| *x -= median);
         let scale = robust_sigma(&told);
         let rows: Vec<f64> = part.iter().filter(|x| x.is_finite()).map(|x| x - median).collect();
@@ -131,13 +129,13 @@ mod tests {
     #[test]
     fn bursts_stand_out_of_red_noise_and_red_noise_does_not() {
         let red = noise(20_000, 0.9);
-        let parts = |x: &[f64]| x.chunks(4000).map(<[f64]>::to_vec).collect::<Vec<_>>();
-        assert_eq!(of_width(&parts(&red), 40, 20_000), None);
+        let parts = |x: &[f64]| x.chunks(4000).map(|part| (0.005, part.to_vec())).collect::<Vec<_>>();
+        assert_eq!(of_length(&parts(&red), 0.2, 20_000), None);
         let jams = |n: usize| if n % 2900 > 2800 { 12.0 } else { 0.0 };
         let jammed: Vec<f64> = red.iter().enumerate().map(|(n, x)| x + jams(n)).collect();
-        let found = of_width(&parts(&jammed), 40, 20_000).expect("they stand out");
+        let found = of_length(&parts(&jammed), 0.2, 20_000).expect("they stand out");
         assert!(found.p < 1e-12 && (2.0..8.0).contains(&found.power_n2), "{found:?}");
         let shaken: Vec<f64> = red.iter().enumerate().map(|(n, x)| x + jams(n) - jams(n + 1450)).collect();
-        assert_eq!(of_width(&parts(&shaken), 40, 20_000), None, "what pushes as often as it brakes");
+        assert_eq!(of_length(&parts(&shaken), 0.2, 20_000), None, "what pushes as often as it brakes");
     }
 }

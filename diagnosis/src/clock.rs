@@ -14,7 +14,7 @@ use crate::peaks::peaks;
 use crate::source::Source;
 use crate::story::{Carrier, Curve};
 
-/// Shortest period, s.
+/// Shortest period, s, where the transform has room for it.
 const SHORTEST_S: f64 = 0.5;
 
 /// Periods that a recording must show, and the longest of its parts without a break: what comes once in every part is as
@@ -29,7 +29,7 @@ const ORDERS: usize = 3;
 const PER_S: f64 = 4.0 * ORDERS as f64 / SHORTEST_S;
 const PADDED: f64 = 4.0;
 
-/// Most places: a recording of hours needs no more to show what repeats within a minute.
+/// Most places: along a recording of many hours the shortest period is a longer one.
 const MOST_BINS: usize = 1 << 20;
 
 /// Peaks that are pointed out for every carrier.
@@ -53,15 +53,17 @@ pub(crate) fn clocks(bench: &Bench<'_>, fit: &Fit) -> (Vec<Candidate>, usize) {
     let ends = times().zip(&power).filter(|(t, power)| **power > 0.0 && t.is_finite()).map(|(t, _)| *t);
     let (start, end) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
     let span = end - start;
-    if !(span > 2.0 * PERIODS * SHORTEST_S) || (PER_S * PADDED * span) as usize > MOST_BINS {
+    if !(span > 2.0 * PERIODS * SHORTEST_S) {
         return (Vec::new(), 1);
     }
-    let bins = ((PER_S * PADDED * span) as usize).next_power_of_two();
-    let padded_s = bins as f64 / PER_S;
+    let per_s = PER_S.min(MOST_BINS as f64 / (PADDED * span));
+    let shortest_s = SHORTEST_S * PER_S / per_s;
+    let bins = ((per_s * PADDED * span) as usize).next_power_of_two();
+    let padded_s = bins as f64 / per_s;
     let rest = bench.rows.backwards(&bench.rest(fit));
     let longest_s = (span / PERIODS).min(longest_part_s(bench) / PERIODS_OF_PART);
-    let (first, last) = ((padded_s / longest_s).ceil() as usize, (padded_s / SHORTEST_S) as usize);
-    if !(longest_s > SHORTEST_S) {
+    let (first, last) = ((padded_s / longest_s).ceil() as usize, (padded_s / shortest_s) as usize);
+    if !(longest_s > shortest_s) {
         return (Vec::new(), 1);
     }
     let transform = FftPlanner::new().plan_fft_forward(bins);
@@ -71,7 +73,7 @@ pub(crate) fn clocks(bench: &Bench<'_>, fit: &Fit) -> (Vec<Candidate>, usize) {
         let weight: Vec<f64> = bench.contexts.iter().flat_map(of_run).collect();
         let mut sums = vec![Complex::new(0.0, 0.0); bins];
         for (row, t) in times().enumerate().filter(|(row, t)| power[*row] > 0.0 && t.is_finite()) {
-            sums[(((t - start) * PER_S) as usize).min(bins - 1)].re += rest[row] * weight[row];
+            sums[(((t - start) * per_s) as usize).min(bins - 1)].re += rest[row] * weight[row];
         }
         transform.process(&mut sums);
         let own: f64 = weight.iter().zip(&power).map(|(weight, power)| weight * weight * power).sum();

@@ -1,8 +1,7 @@
 //! Long recordings as fewer rows: averages of neighbours, so that a day of samples costs no more than minutes of them.
 //!
 //! Averages of `k` rows keep all that is slower than `k` samples; noise falls by `sqrt(k)`. Rows of two parts are never
-//! averaged together, nor those before a change of direction with those behind it: what is left over at the end of a
-//! part is dropped. A channel that mostly stays on a step of its own is not averaged but read every `k` rows: a mean of
+//! averaged together: what is left over at the end of a part is dropped. A channel that mostly stays on a step of its own is not averaged but read every `k` rows: a mean of
 //! steps is no step.
 
 use std::ops::Range;
@@ -10,6 +9,7 @@ use std::ops::Range;
 use simulation::run::{Part, Run};
 
 use crate::sanity::quantum;
+use crate::statistics::mean;
 
 /// Rows of all runs together from which they are averaged.
 const MOST_ROWS: usize = 120_000;
@@ -37,7 +37,7 @@ pub(crate) fn condensed(run: &Run, factor: usize) -> Run {
             parts.push(Part { rows: first..chunks.len(), ..part.clone() });
         }
     }
-    let one: fn(&[f64]) -> f64 = if stays_on_steps(&run.drag_force_n) { middle } else { mean };
+    let one: fn(&[f64]) -> f64 = if stays_on_steps(&run.drag_force_n) { middle_row } else { mean };
     let averaged = |column: &Vec<f64>| -> Vec<f64> { chunks.iter().map(|rows| one(&column[rows.clone()])).collect() };
     let optional = |column: &Option<Vec<f64>>| column.as_ref().map(averaged);
     Run {
@@ -63,19 +63,8 @@ fn stays_on_steps(force_n: &[f64]) -> bool {
     2 * still > force_n.len() && quantum(force_n).is_some()
 }
 
-fn middle(values: &[f64]) -> f64 {
+fn middle_row(values: &[f64]) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
-}
-
-/// Mean of the values that there are, counted from the first: no digits are lost to a large offset.
-fn mean(values: &[f64]) -> f64 {
-    let Some(first) = values.iter().find(|x| x.is_finite()) else { return f64::NAN };
-    let (mut sum, mut count) = (0.0, 0usize);
-    for x in values.iter().filter(|x| x.is_finite()) {
-        sum += x - first;
-        count += 1;
-    }
-    first + sum / count as f64
 }
 
 #[cfg(test)]

@@ -15,7 +15,9 @@
 use simulation::mechanism::Id;
 use simulation::run::Run;
 
+use crate::locks::least_of;
 use crate::source::Source;
+use crate::statistics::{mean, median, robust_sigma, scatter};
 
 /// Starts, and stops, below which nothing is said.
 const FEWEST: usize = 5;
@@ -89,11 +91,15 @@ struct Edge {
 }
 
 impl Edges {
-    /// `None` where the runs do not rest often enough, or their force does not step there.
-    pub(crate) fn of(runs: &[Run]) -> Option<Self> {
+    /// `None` where the runs do not rest often enough, or their force does not step there. Rests among rows that are `held`
+    /// back (one entry a row of all runs) are not looked at.
+    pub(crate) fn of(runs: &[Run], held: &[bool]) -> Option<Self> {
         let (mut starts, mut stops) = (Vec::new(), Vec::new());
         let mut seen = [0usize; 2];
+        let mut rest_of_held = held;
         for run in runs {
+            let (held, others) = rest_of_held.split_at(run.len().min(rest_of_held.len()));
+            rest_of_held = others;
             let position = run.position_m.as_ref()?;
             let step_s = run.step_s();
             if !(step_s > 0.0) {
@@ -108,6 +114,11 @@ impl Edges {
                 let reversed = |values: &[f64]| values.iter().rev().copied().collect::<Vec<f64>>();
                 let (x_back, f_back) = (reversed(x), reversed(f));
                 for rest in rests {
+                    let around =
+                        part.rows.start + rest.start..(part.rows.start + rest.end + window(step_s)).min(held.len());
+                    if held[around].iter().any(|held| *held) {
+                        continue;
+                    }
                     if let Some(edge) = start(x, f, rest.clone(), step_s) {
                         seen[0] += 1;
                         starts.extend(edge);
@@ -123,7 +134,11 @@ impl Edges {
         }
         let starts = alike(starts, seen[0])?;
         let stops = alike(stops, seen[1])?;
-        let of = |edges: &[Edge], what: fn(&Edge) -> f64| mean(&edges.iter().map(what).collect::<Vec<_>>());
+        // mean and its standard error
+        let of = |edges: &[Edge], what: fn(&Edge) -> f64| {
+            let values: Vec<f64> = edges.iter().map(what).collect();
+            (mean(&values), scatter(&values) / (values.len() as f64).sqrt())
+        };
         let (start, stop) = (of(&starts, |edge| edge.late_s), of(&stops, |edge| edge.late_s));
         if start.1 > SURE_S || stop.1 > SURE_S {
             return None;
@@ -180,7 +195,7 @@ impl Edges {
     /// p-value of "the force is neither late nor fades".
     pub(crate) fn p(&self) -> f64 {
         let p = |errors: f64| libm::erfc(errors.abs() / std::f64::consts::SQRT_2);
-        p(self.late_s / self.late_error_s).min(p(self.tail_s / self.tail_error_s))
+        least_of([p(self.late_s / self.late_error_s), p(self.tail_s / self.tail_error_s)])
     }
 
     /// Keeps the amplitudes of a cause to what the edges tell of them.
@@ -257,8 +272,8 @@ fn rests(x: &[f64]) -> Vec<std::ops::Range<usize>> {
 fn start(x: &[f64], f: &[f64], rest: std::ops::Range<usize>, step_s: f64) -> Option<Option<Edge>> {
     let window = window(step_s);
     let inner = rest.start + BESIDE..rest.end - BESIDE;
-    let (place, scatter) = level(&x[inner.clone()])?;
-    let height = (MOVED * scatter).max(LEAST_M);
+    let (place, off) = level(&x[inner.clone()])?;
+    let height = (MOVED * off).max(LEAST_M);
     let middle = (inner.start + inner.end) / 2;
     let near = (rest.end + RAMP * window).min(x.len());
     let leaves = |height: f64| (middle..near).find(|n| !((x[*n] - place).abs() <= height));
@@ -268,7 +283,7 @@ fn start(x: &[f64], f: &[f64], rest: std::ops::Range<usize>, step_s: f64) -> Opt
         return None;
     }
     // a force that changes within a rest scatters more than it does at rest
-    let (before, noise) = (level(&f[inner.clone()])?.0, scatter_of(&f[inner])?);
+    let (before, noise) = (level(&f[inner.clone()])?.0, scatter(&finite(&f[inner])));
     let (after, _) = level(&f[at + BESIDE..to])?;
     if !((after - before).abs() > STANDS_OUT * noise.max(1e-9)) {
         return None;
@@ -284,30 +299,15 @@ fn start(x: &[f64], f: &[f64], rest: std::ops::Range<usize>, step_s: f64) -> Opt
     }))
 }
 
-/// Median and scatter of some values.
+/// Median of the values that are there, and how they scatter around it.
 fn level(values: &[f64]) -> Option<(f64, f64)> {
-    let median = |mut values: Vec<f64>| {
-        let middle = values.len() / 2;
-        (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
-    };
-    let middle = median(values.iter().copied().filter(|x| x.is_finite()).collect())?;
-    let off = median(values.iter().map(|x| (x - middle).abs()).filter(|x| x.is_finite()).collect())?;
-    Some((middle, 1.4826 * off))
+    let finite = finite(values);
+    let middle = median(finite.clone())?;
+    Some((middle, robust_sigma(&finite.iter().map(|x| x - middle).collect::<Vec<_>>())))
 }
 
-/// Standard deviation of the values that are there.
-fn scatter_of(values: &[f64]) -> Option<f64> {
-    let finite: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
-    let count = finite.len() as f64;
-    (finite.len() > 1).then(|| mean(&finite).1 * count.sqrt())
-}
-
-/// Mean and its standard error.
-fn mean(values: &[f64]) -> (f64, f64) {
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
-    (mean, (squares / (count - 1.0).max(1.0) / count).sqrt())
+fn finite(values: &[f64]) -> Vec<f64> {
+    values.iter().copied().filter(|x| x.is_finite()).collect()
 }
 
 #[cfg(test)]
@@ -358,7 +358,7 @@ mod tests {
     }
 
     fn of(run: Run) -> Option<Edges> {
-        Edges::of(std::slice::from_ref(&run))
+        Edges::of(std::slice::from_ref(&run), &vec![false; run.len()])
     }
 
     fn source(id: Id, shape: &[f64]) -> Source {

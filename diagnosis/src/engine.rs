@@ -10,9 +10,9 @@ use crate::case::{Case, Hints};
 use crate::condense::{condensed, factor};
 use crate::edges::Edges;
 use crate::events;
-use crate::nominal::Nominal;
 use crate::found::Found;
 use crate::law_alone::law_alone;
+use crate::nominal::Nominal;
 use crate::passes;
 use crate::play::Play;
 use crate::proof::Split;
@@ -24,6 +24,7 @@ use crate::sanity;
 use crate::scores;
 use crate::side::{Moving, Side};
 use crate::speed;
+use crate::statistics::rms;
 
 /// How to diagnose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -90,17 +91,23 @@ fn attempt(
             return Err(reason);
         }
     }
-    let edges = Edges::of(runs);
+    let split = |runs: &[Run]| match holdout.is_empty() {
+        true => Split::of(runs),
+        false => Split::none(runs.iter().map(Run::len).sum()),
+    };
+    let edges = Edges::of(runs, &split(runs).held);
     let together = factor(runs);
     let (fewer, fewer_held) = (shorter(runs, together), shorter(holdout, together));
-    let (runs, holdout) = (fewer.as_deref().unwrap_or(runs), fewer_held.as_deref().unwrap_or(holdout));
+    let runs = fewer.as_deref().unwrap_or(runs);
+    let split = split(runs);
+    let holdout = fewer_held.as_deref().unwrap_or(holdout);
     let recorded = Moving::of(runs);
     for (run, motion) in runs.iter().zip(&recorded.motions) {
         if let Some(reason) = sanity::moves(run, motion, quality) {
             return Err(reason);
         }
     }
-    let speed = speed::set_aside(simulation, &nominal, &recorded);
+    let speed = speed::set_aside(simulation, &nominal, &recorded, &split.held);
     let (bare, bare_held);
     let (moving, holdout) = match &speed {
         Some(speed) => {
@@ -117,6 +124,13 @@ fn attempt(
     let nominal = if is_noisy || coarsest > 1 { nominal.of_law() } else { nominal };
     let side = Side::new(simulation, &nominal, &nominal.start(), moving.parts(), together > 1, quality)?;
     quality.count_averages(together);
+    if !nominal.is_incomplete() {
+        let compared = |column: &[f64]| -> Vec<f64> {
+            column.iter().zip(&side.compared).filter(|(_, compared)| **compared).map(|(x, _)| *x).collect()
+        };
+        let simulated = side.force(&nominal, &nominal.start())?;
+        sanity::scale(rms(&compared(&side.drag_n)), rms(&compared(&simulated)), quality);
+    }
     if quality.used < sanity::FEWEST_ROWS {
         return Err(format!(
             "{} of {} rows can be compared; at least {} are needed: the carriage hardly moves, or the law lacks an input",
@@ -125,8 +139,6 @@ fn attempt(
             sanity::FEWEST_ROWS
         ));
     }
-    // chosen before any force is looked at
-    let split = if holdout.is_empty() { Split::of(runs) } else { Split::none(side.drag_n.len()) };
     let training: Vec<bool> = side.compared.iter().zip(&split.held).map(|(c, held)| *c && !held).collect();
     let mut rows = Rows::new(runs, &training, coarsest);
     if rows.len() < sanity::FEWEST_ROWS {
@@ -146,7 +158,15 @@ fn attempt(
     let step_n = runs.iter().filter_map(|run| sanity::quantum(&run.drag_force_n)).max_by(f64::total_cmp);
     let hints = Hints { ringing: pointed, edges, step_n };
     let nominal = &nominal;
-    let case = Case { simulation, nominal, side: &side, training: &training, saturation: &saturation, seen_from_m: 0.0, hints };
+    let case = Case {
+        simulation,
+        nominal,
+        side: &side,
+        training: &training,
+        saturation: &saturation,
+        seen_from_m: 0.0,
+        hints,
+    };
     let mut found = searched(&case, &rows, &law_only)?;
     let play = Play::of(nominal, &side, &training, &found);
     let seen_from_m = play.as_ref().map_or(0.0, Play::edge_m);
@@ -155,7 +175,8 @@ fn attempt(
         rows = Rows::new(runs, &training, coarsest);
         Calibrated { values: law_only, side, saturation, .. } =
             calibrate(simulation, nominal, side, &mut rows, &training)?;
-        let case = Case { simulation, nominal, side: &side, training: &training, saturation: &saturation, seen_from_m, hints };
+        let case =
+            Case { simulation, nominal, side: &side, training: &training, saturation: &saturation, seen_from_m, hints };
         found = searched(&case, &rows, &law_only)?;
     }
     if spots.is_none() && !found.members.is_empty() {
@@ -169,8 +190,15 @@ fn attempt(
                 spots.set_aside(&mut training);
                 rows = Rows::new(runs, &training, coarsest);
                 rows.learn(&left);
-                let case =
-                    Case { simulation, nominal, side: &side, training: &training, saturation: &saturation, seen_from_m, hints };
+                let case = Case {
+                    simulation,
+                    nominal,
+                    side: &side,
+                    training: &training,
+                    saturation: &saturation,
+                    seen_from_m,
+                    hints,
+                };
                 found = searched(&case, &rows, &law_only)?;
             }
         }

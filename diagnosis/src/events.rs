@@ -3,12 +3,11 @@
 //! No curve follows them, but each is short, all brake, and all have one length along the rail whatever the speed. An
 //! electrical spike has one duration instead, and either sign; a joint of the rail is met again in every pass.
 
-use crate::noise::robust_sigma;
 use crate::pulses::{Track, Width, outstanding, scores};
-use crate::rest::rms;
 use crate::rows::Rows;
 use crate::sanity::quantum;
 use crate::side::Side;
+use crate::statistics::{line, median, robust_sigma, scatter};
 
 /// Lengths that are tried, m: from the contact of a ball with the rail to a few of them, as far apart as a matched filter
 /// that is off by that much still sees nearly all.
@@ -224,11 +223,11 @@ fn is_of_duration(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize) -> b
     let spots = &lengths[best].1.braking;
     let resolved = resolved(tracks, lengths, best);
     let speeds: Vec<f64> = resolved.iter().map(|(speed, _)| *speed).collect();
-    if resolved.len() < FEW || spread(&speeds) < SPREAD {
+    if resolved.len() < FEW || scatter(&speeds) < SPREAD {
         return ahead < (spots.len() as f64).sqrt();
     }
     let own: Vec<f64> = resolved.iter().map(|(_, length)| *length).collect();
-    ahead < 0.0 || slope(&speeds, &own) > LIKE_DURATION
+    ahead < 0.0 || line(&speeds.iter().copied().zip(own).collect::<Vec<_>>()).1 > LIKE_DURATION
 }
 
 /// Logarithms of speed and of length, of the spots that last for several rows.
@@ -320,35 +319,15 @@ fn height(track: &Track, at: usize, length_m: f64, left: &[f64], against: &[f64]
     let before = (0..at).rev().take_while(is_around);
     let around: Vec<usize> = before.chain((at..track.travel_m.len()).take_while(is_around)).collect();
     let beside = around.iter().filter(|n| track.compared[**n]).map(|n| braking(*n));
-    let baseline = middle(beside.collect());
+    let baseline = median(beside.collect()).unwrap_or(0.0);
     let shape = |n: usize| (1.0 - 2.0 * away_m(n) / length_m).max(0.0);
     let along: f64 = around.iter().map(|n| shape(*n) * (braking(*n) - baseline)).sum();
     let squared: f64 = around.iter().map(|n| shape(*n) * shape(*n)).sum();
     (along / squared.max(1.0), along * along / squared.max(1.0))
 }
 
-/// Median.
-fn middle(mut x: Vec<f64>) -> f64 {
-    x.sort_unstable_by(f64::total_cmp);
-    x.get(x.len() / 2).copied().unwrap_or(0.0)
-}
-
 /// Median of numbers told by their logarithms; the median of normal numbers scatters by 1.25 times their mean's.
 fn typical(logarithms: &[f64]) -> Number {
-    let relative = 1.25 * spread(logarithms) / (logarithms.len().max(1) as f64).sqrt();
-    Number { value: middle(logarithms.to_vec()).exp(), relative }
-}
-
-/// Slope of the straight line through points.
-fn slope(x: &[f64], y: &[f64]) -> f64 {
-    let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len().max(1) as f64;
-    let (mean_x, mean_y) = (mean(x), mean(y));
-    let along: f64 = x.iter().zip(y).map(|(x, y)| (x - mean_x) * (y - mean_y)).sum();
-    along / x.iter().map(|x| (x - mean_x) * (x - mean_x)).sum::<f64>().max(1e-30)
-}
-
-/// Standard deviation.
-fn spread(x: &[f64]) -> f64 {
-    let mean = x.iter().sum::<f64>() / x.len().max(1) as f64;
-    rms(&x.iter().map(|x| x - mean).collect::<Vec<_>>())
+    let relative = 1.25 * scatter(logarithms) / (logarithms.len().max(1) as f64).sqrt();
+    Number { value: median(logarithms.to_vec()).unwrap_or(0.0).exp(), relative }
 }

@@ -1,13 +1,13 @@
 //! What is said of a cause: its name, its numbers with their intervals, a sentence.
 
-use simulation::mechanism::{Id, Kind, Search, definition};
+use simulation::mechanism::{Id, Search, definition};
 
 use crate::adequacy::Doubt;
 use crate::bench::{Bench, Beside, Fit, Member};
 use crate::events::{Number, Spots};
+use crate::found::Found;
 use crate::nominal::Nominal;
 use crate::open_set;
-use crate::found::Found;
 use crate::report::{Estimate, Finding};
 use crate::ringing::Heard;
 use crate::source::Source;
@@ -35,15 +35,16 @@ const READ: f64 = 2e-3;
 /// A number that a channel shows by itself, and what follows from it.
 fn shown(id: Id, number: (&str, f64, &str), share: f64) -> Finding {
     let (name, value, unit) = number;
+    let definition = definition(id);
     Finding {
         id: id.name().to_owned(),
-        kind: "sensor",
+        kind: definition.kind.name(),
         confidence: 0.95,
         equivalents: Vec::new(),
         carried_over: None,
         parameters: vec![read(name, value, unit)],
         share_of_mismatch: share,
-        statement: definition(id).statement.to_owned(),
+        statement: definition.statement.to_owned(),
     }
 }
 
@@ -77,7 +78,6 @@ pub(crate) fn resonance(heard: &Heard, share: f64) -> Finding {
     for estimate in &mut finding.parameters {
         estimate.ci95 = [heard.hz - heard.half_width_hz, heard.hz + heard.half_width_hz];
     }
-    finding.kind = "physics";
     finding
 }
 
@@ -204,15 +204,17 @@ pub(crate) fn finding(
                 e.ci95 = [e.ci95[0].max(parameter.from), e.ci95[1].min(parameter.to)];
                 parameters.push(e);
             }
-            let kind = if definition.kind == Kind::Physics { "physics" } else { "sensor" };
-            (kind, definition.statement.to_owned())
+            (definition.kind.name(), definition.statement.to_owned())
         }
         Source::Shift { parameter } => {
             let what = &nominal.parameters[*parameter];
             let value = calibrated[*parameter] + amplitudes[0];
             let Beside { fit, own, .. } = bench.beside(&found.members, at);
             let sigma = 1.0 / bench.precision(&own, &fit).sqrt();
-            parameters.push(estimate(what.name.to_owned(), value, sigma, what.unit));
+            let mut number = estimate(what.name.to_owned(), value, sigma, what.unit);
+            let (least, most) = what.ends();
+            number.ci95 = [number.ci95[0].max(least), number.ci95[1].min(most)];
+            parameters.push(number);
             let tolerance = 100.0 * what.sigma.unwrap_or(0.0);
             let text = format!(
                 "The {} is {:+.1} % off what the simulation assumes, beyond its tolerance of {tolerance:.1} %.",

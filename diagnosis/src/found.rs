@@ -9,11 +9,12 @@ use crate::case::Case;
 use crate::considered;
 use crate::equivalents::{self, Set};
 use crate::finding::id_of;
+use crate::locks::least_of;
 use crate::pool::{Pool, Tolerances};
 use crate::report::Considered;
-use crate::rest::rms;
 use crate::search;
 use crate::source::Source;
+use crate::statistics::rms;
 
 /// Way of the parameters, relative, from which the law is made linear anew.
 pub(crate) const FAR: f64 = 0.03;
@@ -119,7 +120,7 @@ impl<'s> Causes<'s> {
             }
         }
         let with_shifts = shifted(nominal, &calibrated, &members, &amplitudes(&members, &fit));
-        let p_no_mismatch = self.p_no_mismatch.min(p_of_surest(&bench, pool, &members));
+        let p_no_mismatch = least_of([self.p_no_mismatch, p_of_surest(&bench, pool, &members)]);
         Ok(Found {
             bench,
             members,
@@ -209,7 +210,7 @@ fn p_of_surest(bench: &Bench<'_>, pool: &Pool, members: &[Member]) -> f64 {
         let Beside { others, own, gain, .. } = bench.beside(members, at);
         let p = search::p_of(&bench.locks(&own, &gain, &others), pool.kinds, 1);
         let spoken = bench.edges.filter(|edges| edges.speak_for(&own.source));
-        spoken.map_or(p, |edges| p.min(edges.p()))
+        spoken.map_or(p, |edges| least_of([p, edges.p()]))
     };
     let named = |at: &usize| !matches!(members[*at].candidate.source, Source::Shift { .. });
     (0..members.len()).filter(named).map(of).fold(1.0, f64::min)

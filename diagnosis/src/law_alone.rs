@@ -15,10 +15,11 @@ use crate::equivalents::TIE;
 use crate::found::{Causes, Found};
 use crate::passes::{Kept, prepared};
 use crate::pool::Tolerances;
-use crate::rest::{noise_rms, rms};
+use crate::rest::noise_rms;
 use crate::rows::Rows;
 use crate::settle::Bottom;
 use crate::source::Source;
+use crate::statistics::rms;
 
 /// What is found where the law alone, from `start` on, comes nearer to the force than at `tolerated`, where its tolerance
 /// ends; `None` where it does not, or where its numbers would have to be others here than there.
@@ -33,7 +34,8 @@ pub(crate) fn law_alone<'s>(
     let mut bench = case.around(rows, start)?;
     let mut pool = prepared(case, rows, &bench, &Tolerances { nominal, moved: start }, kept);
     let price = 0.5 * bench.ln_rows() + (pool.kinds as f64).ln();
-    let can_shift: Vec<usize> = (0..nominal.parameters.len()).filter(|at| nominal.parameters[*at].can_shift()).collect();
+    let can_shift: Vec<usize> =
+        (0..nominal.parameters.len()).filter(|at| nominal.parameters[*at].can_shift()).collect();
     let mut free: Vec<Member> = Vec::new();
     let mut here = case.valley(rows, &free).bottom(start)?;
     let left_n = |values: &[f64]| Ok::<f64, String>(rms(&rows.plain(&side.residual(nominal, values)?)));

@@ -11,6 +11,7 @@
 //! play         a coupling with a gap, told before what is beside it
 //! nominal      the law as a function of what the simulation only assumes
 //! calibration  how far its numbers may move
+//! linear       algebra of small symmetric matrices; statistics: numbers that stand for many
 //! noise        what makes the noise white; bridge: a line where rows are missing; rows: the one linear operation on every
 //!              column
 //! source       where a column comes from
@@ -23,7 +24,7 @@
 //! clock        what repeats in time; adequacy: is what explains much what acts? load_law: does it feel the load as it must?
 //! passes       the search, and again around where it has led; settle: the law beside what was found; rest: what is left
 //! found        what they have led to; law_alone: the law's own numbers off, and nothing beside them; refit: with numbers that
-//!              the simulation left out
+//!              the simulation left out; saturation: what no curve follows
 //! equivalents  what this recording cannot tell apart; considered: what else was thought of; experiment: the next run that would, by simulation
 //! proof        rows set aside; scores: the three stages there, and what each cause does
 //! balance      who has which share of the mismatch; answer: what is said; finding, region
@@ -86,6 +87,7 @@ mod source;
 mod spectra;
 mod spectrum;
 mod speed;
+mod statistics;
 mod story;
 
 pub use engine::{Options, Outcome, diagnose};

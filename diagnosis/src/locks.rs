@@ -192,6 +192,12 @@ fn incomplete_beta(a: f64, b: f64, x: f64) -> f64 {
     front * fraction
 }
 
+/// p-value of the least of some p-values.
+pub(crate) fn least_of(p: impl IntoIterator<Item = f64>) -> f64 {
+    let (least, count) = p.into_iter().fold((1.0, 0.0), |(least, count): (f64, f64), p| (least.min(p), count + 1.0));
+    (least * count).min(1.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

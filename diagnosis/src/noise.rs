@@ -136,7 +136,7 @@ impl Whitening {
             }
             whitening.shelves = (1..levels)
                 .filter(|level| guarded[*level] > 1.02 * guarded[level - 1])
-                .map(|level| Shelf::new(0.5 / f64::from(1u32 << level.min(30)), guarded[level] / guarded[level - 1]))
+                .map(|level| Shelf::new(0.5 / f64::from(1u32 << level), guarded[level] / guarded[level - 1]))
                 .collect();
         }
         whitening
@@ -339,7 +339,7 @@ fn haar(stretches: &[Vec<f64>], levels: usize) -> Vec<f64> {
             if pairs == 0 {
                 break;
             }
-            let least = TOLD * f64::from(1u32 << level.min(30));
+            let least = TOLD * f64::from(1u32 << level);
             for k in 0..pairs {
                 let ((a, in_a), (b, in_b)) = (windows[2 * k], windows[2 * k + 1]);
                 if in_a >= least && in_b >= least {
@@ -371,16 +371,6 @@ fn haar(stretches: &[Vec<f64>], levels: usize) -> Vec<f64> {
 pub(crate) fn third_differences(x: &[f64]) -> Vec<f64> {
     let scale = 1.0 / 20.0f64.sqrt();
     x.windows(4).map(|w| scale * (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0])).filter(|d| d.is_finite()).collect()
-}
-
-/// Standard deviation from the median of the sizes: blind to tails.
-pub(crate) fn robust_sigma(x: &[f64]) -> f64 {
-    if x.is_empty() {
-        return 0.0;
-    }
-    let mut sizes: Vec<f64> = x.iter().map(|x| x.abs()).collect();
-    let middle = sizes.len() / 2;
-    1.4826 * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 #[cfg(test)]

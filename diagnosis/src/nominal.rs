@@ -48,13 +48,18 @@ impl Parameter {
         self.sigma.is_some() && self.is_of_law()
     }
 
+    /// Least and largest value.
+    pub(crate) fn ends(&self) -> (f64, f64) {
+        match self.sigma {
+            Some(_) if self.is_of_law() => (-SMALLEST_FACTOR, LARGEST_FACTOR),
+            _ => self.range,
+        }
+    }
+
     /// Value after a step.
     pub(crate) fn moved(&self, value: f64, step: f64) -> f64 {
-        match self.sigma {
-            _ if !step.is_finite() => value,
-            Some(_) if self.is_of_law() => (value + step).clamp(-SMALLEST_FACTOR, LARGEST_FACTOR),
-            _ => (value + step).clamp(self.range.0, self.range.1),
-        }
+        let (least, most) = self.ends();
+        if step.is_finite() { (value + step).clamp(least, most) } else { value }
     }
 }
 
@@ -130,7 +135,7 @@ impl Nominal {
                 }
                 nominal.simulation.axis.moved_mass_kg.get_or_insert(0.0);
             }
-            Law::Column => {
+            Law::Column { .. } => {
                 add(Which::Friction, "friction", "", Some(tolerance.friction));
                 add(Which::Preload, "preload", "", Some(tolerance.preload));
                 add(Which::Viscosity, "viscosity", "", Some(tolerance.viscosity));
@@ -161,7 +166,7 @@ impl Nominal {
 
     /// Share of what calibration changes that its derivatives may be off by.
     pub(crate) fn error_of_derivatives(&self) -> f64 {
-        if matches!(self.simulation.law, Law::Column) { ERROR_OF_COLUMN } else { 0.0 }
+        if matches!(self.simulation.law, Law::Column { .. }) { ERROR_OF_COLUMN } else { 0.0 }
     }
 
     /// Whether some number is fitted freely, so that the simulation as given predicts nothing.

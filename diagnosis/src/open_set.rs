@@ -3,11 +3,12 @@
 //! A curve without a story that explains what no named cause explains is an unknown cause. It is taken up beside the
 //! names that still earn their place next to it, so that the error falls although the name is missing.
 
-use crate::bench::{Bench, Candidate, Gain, Member};
+use crate::bench::{Bench, Beside, Candidate, Member};
 use crate::clock::clocks;
 use crate::pool::{Pool, Tolerances, ranked};
 use crate::search::{Floor, is_open, is_relevant, p_of};
 use crate::source::Source;
+use crate::statistics::line;
 use crate::story::Axis;
 
 /// A curve must lead by this many nats ..
@@ -85,12 +86,8 @@ fn best(
     }
     let (_, tried, with) = found?;
     // the same two locks as for a name
-    let (curve, others) = with.split_last()?;
-    let fit = bench.fit_members(others);
-    let mut candidate: Candidate = curve.candidate.clone();
-    bench.prepare(&mut candidate, &fit.active);
-    let gain: Gain = bench.gain(&candidate, &fit);
-    let locks = bench.locks(&candidate, &gain, others);
+    let Beside { others, own: candidate, gain, .. } = bench.beside(&with, with.len().checked_sub(1)?);
+    let locks = bench.locks(&candidate, &gain, &others);
     let kinds = pool.kinds + pool.stories.len();
     let is_clock = matches!(&candidate.source, Source::Story { curve } if curve.axis == Axis::Clock);
     let opens = is_relevant(bench, &candidate, &gain, floor)
@@ -109,12 +106,7 @@ fn cost(bench: &Bench<'_>, members: &[Member]) -> f64 {
 fn drop_superfluous(bench: &Bench<'_>, members: &mut Vec<Member>) {
     let mut at = 0;
     while at + 1 < members.len() {
-        let others: Vec<Member> =
-            members.iter().enumerate().filter(|(k, _)| *k != at).map(|(_, member)| member.clone()).collect();
-        let fit = bench.fit_members(&others);
-        let mut own = members[at].candidate.clone();
-        bench.prepare(&mut own, &fit.active);
-        if bench.gain(&own, &fit).score < 0.0 {
+        if bench.beside(members, at).gain.score < 0.0 {
             members.remove(at);
         } else {
             at += 1;
@@ -215,19 +207,6 @@ pub(crate) fn formula(source: &Source, amplitudes: &[f64]) -> Option<String> {
         offer(error, format!("{:.3e} exp({b:.3e} x)", sign * a.exp()));
     }
     best.map(|(_, text)| text)
-}
-
-/// Straight line by least squares, and the share of the scatter that it leaves.
-fn line(points: &[(f64, f64)]) -> (f64, f64, f64) {
-    let count = points.len() as f64;
-    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
-    let (mx, my) = (mean(&|p| p.0), mean(&|p| p.1));
-    let sxx = mean(&|p| (p.0 - mx) * (p.0 - mx));
-    let sxy = mean(&|p| (p.0 - mx) * (p.1 - my));
-    let syy = mean(&|p| (p.1 - my) * (p.1 - my));
-    let slope = if sxx > 0.0 { sxy / sxx } else { 0.0 };
-    let left = mean(&|p| (p.1 - my - slope * (p.0 - mx)) * (p.1 - my - slope * (p.0 - mx)));
-    (my - slope * mx, slope, if syy > 0.0 { (left / syy).sqrt() } else { 1.0 })
 }
 
 #[cfg(test)]

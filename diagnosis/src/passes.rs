@@ -5,13 +5,15 @@ use crate::bench::{Bench, Beside, Member};
 use crate::calibration::{moved, shifted, way};
 use crate::case::{Case, rounding_n};
 use crate::found::{Causes, FAR, Found, again, amplitudes};
+use crate::locks::least_of;
 use crate::nominal::Nominal;
 use crate::open_set;
 use crate::pool::{Pool, Tolerances};
-use crate::rest::{noise_rms, rms, shares, whiteness};
+use crate::rest::{noise_rms, shares, whiteness};
 use crate::rows::Rows;
 use crate::search::{self, Floor, search};
 use crate::side::Side;
+use crate::statistics::rms;
 
 /// A cause whose force is smaller than this share of the noise is not worth a mention.
 const FLOOR_OF_NOISE: f64 = 0.05;
@@ -50,12 +52,7 @@ pub(crate) fn prepared(
 }
 
 /// Searches as often as it takes.
-pub(crate) fn run<'s>(
-    case: &Case<'s>,
-    mut rows: Rows,
-    start: &[f64],
-    kept: &mut Kept,
-) -> Result<Found<'s>, String> {
+pub(crate) fn run<'s>(case: &Case<'s>, mut rows: Rows, start: &[f64], kept: &mut Kept) -> Result<Found<'s>, String> {
     let Case { simulation, nominal, side, saturation, .. } = *case;
     let drag_rms = rms(&rows.plain(&side.drag_n));
     let mut values = start.to_vec();
@@ -118,7 +115,7 @@ pub(crate) fn run<'s>(
             doubts,
             values,
             has_landed: false,
-            p_no_mismatch: searched.p_no_mismatch.min(p_of_curve),
+            p_no_mismatch: least_of([searched.p_no_mismatch, p_of_curve]),
             noise_n,
             left,
             coarse_step_n,
@@ -130,12 +127,7 @@ pub(crate) fn run<'s>(
 }
 
 /// Where the law comes to rest beside the members; `None` where that is near enough for straight lines.
-fn led(
-    case: &Case<'_>,
-    bench: &Bench<'_>,
-    members: &[Member],
-    values: &[f64],
-) -> Result<Option<Vec<f64>>, String> {
+fn led(case: &Case<'_>, bench: &Bench<'_>, members: &[Member], values: &[f64]) -> Result<Option<Vec<f64>>, String> {
     let nominal = case.nominal;
     let is_far = |there: &[f64]| !nominal.is_incomplete() && way(values, there) > FAR;
     let fit = bench.fit_members(members);
@@ -198,4 +190,3 @@ fn doubted(
     }
     found
 }
-

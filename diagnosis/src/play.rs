@@ -7,8 +7,8 @@
 use simulation::mechanism::{Added, Context, Id};
 
 use crate::finding::finding;
-use crate::nominal::Nominal;
 use crate::found::Found;
+use crate::nominal::Nominal;
 use crate::region::region;
 use crate::report::{Finding, Region};
 use crate::side::Side;

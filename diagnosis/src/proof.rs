@@ -4,6 +4,7 @@ use simulation::run::Run;
 
 use crate::report::Holdout;
 use crate::rows::Rows;
+use crate::statistics::rms;
 
 /// Which rows are set aside, and how that is said.
 pub(crate) struct Split {
@@ -115,10 +116,6 @@ pub(crate) fn score(stages: &Stages, rows: &Rows, step_s: f64, seed: u64) -> Hol
         improvement_ci95: interval(&calibrated, &after, step_s, seed),
         ..Holdout::default()
     }
-}
-
-fn rms(x: &[f64]) -> f64 {
-    (x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64).sqrt()
 }
 
 /// Draws of the bootstrap.

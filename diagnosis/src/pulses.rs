@@ -6,7 +6,8 @@
 
 use std::ops::Range;
 
-use crate::noise::{MAX_ORDER, robust_sigma};
+use crate::noise::MAX_ORDER;
+use crate::statistics::robust_sigma;
 
 /// Classes of rows a pulse, an octave: the scale changes little within one.
 const CLASSES_AN_OCTAVE: f64 = 2.0;

@@ -9,8 +9,8 @@ use simulation::Simulation;
 
 use crate::bench::{Bench, Member};
 use crate::calibration::{moved, prior, way};
-use crate::nominal::Nominal;
 use crate::found::Found;
+use crate::nominal::Nominal;
 use crate::side::Side;
 
 /// Most rounds.

@@ -4,10 +4,6 @@ use crate::bench::{Bench, Fit};
 use crate::linear::{Cholesky, Symmetric, dot};
 use crate::rows::Rows;
 
-pub(crate) fn rms(x: &[f64]) -> f64 {
-    (dot(x, x) / x.len().max(1) as f64).sqrt()
-}
-
 pub(crate) fn power(rows: &Rows, column: &[f64]) -> f64 {
     let plain = rows.plain(column);
     dot(&plain, &plain) / plain.len().max(1) as f64

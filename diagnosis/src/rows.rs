@@ -10,7 +10,8 @@ use simulation::run::{Break, Run};
 
 use crate::bridge::{bridge, gaps};
 use crate::linear::Symmetric;
-use crate::noise::{MAX_ORDER, Whitening, robust_sigma};
+use crate::noise::{MAX_ORDER, Whitening};
+use crate::statistics::robust_sigma;
 
 /// Longest gap that is bridged, s.
 const BRIDGE_S: f64 = 0.25;

@@ -4,8 +4,9 @@ use simulation::law::Steady;
 use simulation::motion::Motion;
 use simulation::run::{Break, Run};
 
-use crate::noise::{robust_sigma, third_differences};
+use crate::noise::third_differences;
 use crate::report::DataQuality;
+use crate::statistics::robust_sigma;
 
 /// No guide carries more, N.
 const LARGEST_N: f64 = 1e9;
@@ -143,7 +144,27 @@ pub(crate) fn channels(run: &Run, quality: &mut DataQuality) -> Option<String> {
     if late * 100 > run.len() {
         quality.warnings.push(name(format!("{late} sampling intervals differ from the median by more than 20 %")));
     }
+    if step > SLOW_S {
+        quality.warnings.push(name(format!("rows are {step:.3} s apart: is time_s in seconds?")));
+    }
     None
+}
+
+/// Time between rows from which its unit is asked for, s.
+const SLOW_S: f64 = 1.0;
+
+/// Recorded force over that of the simulation beyond which its unit is asked for: no guide is off by so much.
+const OTHER_UNIT: f64 = 3.0;
+
+/// Asks for the unit of the force where its size is another one than the simulation's; both are RMS, N.
+pub(crate) fn scale(recorded_n: f64, simulated_n: f64, quality: &mut DataQuality) {
+    let ratio = recorded_n / simulated_n;
+    if ratio.is_finite() && ratio > 0.0 && !(1.0 / OTHER_UNIT..=OTHER_UNIT).contains(&ratio) {
+        quality.warnings.push(format!(
+            "the recorded force is {ratio:.3e} times the simulation's: is its unit N? (a number in kN is 0.001 of one in N, in \
+             kgf 0.102, in lbf 0.225)"
+        ));
+    }
 }
 
 /// Looks at how force and motion go together, as [`channels`] does at each alone.
@@ -275,7 +296,7 @@ pub(crate) fn unit(run: &Run, motion: &Motion) -> Option<String> {
         }
     }
     if let Some(measured) = &run.acceleration_m_s2 {
-        let told = rms(measured);
+        let told = rms(&measured.iter().copied().filter(|a| a.is_finite()).collect::<Vec<_>>());
         let derived = rms(&motion.velocity_m_s) * std::f64::consts::TAU / (run.step_s() * run.len() as f64);
         if derived > 1e3 * told.max(1e-3) {
             return Some("the motion needs accelerations that the acceleration channel does not show".to_owned());
@@ -301,7 +322,7 @@ fn longest_still(x: &[f64]) -> Option<(usize, usize)> {
     (best.1 > (x.len() / 20).max(50)).then_some(best)
 }
 
-/// Step of a quantised channel: the smallest difference, if nearly all differences are whole multiples of it.
+/// Step of a quantised channel: its smallest difference but for one in a hundred, if nearly all differences are whole multiples of it.
 pub(crate) fn quantum(x: &[f64]) -> Option<f64> {
     let mut steps: Vec<f64> = x.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|d| *d > 0.0).collect();
     if steps.len() < 50 {

@@ -7,16 +7,16 @@ use simulation::run::Run;
 
 use crate::balance::Aside;
 use crate::engine::Options;
+use crate::found::Found;
 use crate::linear::{Cholesky, Symmetric, dot};
 use crate::nominal::Nominal;
-use crate::found::Found;
 use crate::play::Play;
 use crate::proof::{self, Split, Stages};
 use crate::report::{DataQuality, Holdout};
-use crate::rest::rms;
 use crate::rows::Rows;
 use crate::side::{Moving, Side};
 use crate::source::{Source, raw_columns, weighted};
+use crate::statistics::rms;
 use crate::story::Axis;
 
 /// Scores, and residuals of the recordings that taught.
@@ -26,6 +26,8 @@ pub(crate) struct Proof {
     pub(crate) carried: Vec<Option<bool>>,
     /// Residuals on all rows that taught or were set aside.
     pub(crate) own: Stages,
+    /// Scored rows that are averaged to one.
+    pub(crate) averaged: usize,
 }
 
 /// Scores what was found.
@@ -55,24 +57,24 @@ pub(crate) fn score(
         let held: Vec<bool> = side.compared.iter().zip(&split.held).map(|(c, held)| *c && *held).collect();
         let scored = Rows::new(side.runs, &held, coarsest);
         let stages = scene.stages(side, split.crosses_runs)?;
-        let score = proof::score(&stages, &scored, side.step_s() * coarsest as f64, options.seed);
+        let score = proof::score(&stages, &scored, side.step_s() * scored.decimation() as f64, options.seed);
         let carried = scene.carried(side, &stages, &scored, split.crosses_runs);
         let intervals_s = proof::intervals_s(side.runs, &split.held);
         let holdout = Holdout { description: split.description.clone(), intervals_s, ..score };
-        return Ok(Proof { holdout, carried, own });
+        return Ok(Proof { holdout, carried, own, averaged: scored.decimation() });
     }
     let moving = Moving::of(holdout);
     let at = if nominal.is_incomplete() { law_only.to_vec() } else { nominal.start() };
     let other = Side::new(simulation, nominal, &at, moving.parts(), side.is_averaged, &mut DataQuality::default())?;
     let scored = Rows::new(holdout, &other.compared, coarsest);
     let stages = scene.stages(&other, true)?;
-    let score = proof::score(&stages, &scored, other.step_s() * coarsest as f64, options.seed);
+    let score = proof::score(&stages, &scored, other.step_s() * scored.decimation() as f64, options.seed);
     let carried = scene.carried(&other, &stages, &scored, true);
     let names: Vec<String> = holdout.iter().map(|run| run.name.clone()).collect();
     let all = vec![true; other.drag_n.len()];
     let description = format!("{} other recording(s): {}", holdout.len(), names.join(", "));
     let holdout = Holdout { description, intervals_s: proof::intervals_s(holdout, &all), ..score };
-    Ok(Proof { holdout, carried, own })
+    Ok(Proof { holdout, carried, own, averaged: scored.decimation() })
 }
 
 struct Scene<'a> {
@@ -88,9 +90,9 @@ impl Scene<'_> {
     fn stages(&self, side: &Side<'_>, crosses: bool) -> Result<Stages, String> {
         let mut after = side.residual(self.nominal, &self.found.with_shifts)?;
         for at in 0..self.found.members.len() {
-            let force = match self.force(&side.contexts, at, crosses) {
-                None if crosses => self.without_place(&side.contexts, at),
-                force => force,
+            let force = match self.is_elsewhere(at, crosses) {
+                true => self.without_place(&side.contexts, at),
+                false => self.force(&side.contexts, at),
             };
             for (after, force) in after.iter_mut().zip(force.unwrap_or_default()) {
                 *after -= force;
@@ -102,13 +104,16 @@ impl Scene<'_> {
         Ok(Stages { before, calibrated: side.residual(self.nominal, self.law_only)?, after })
     }
 
-    /// Force of a member; `None` where it is bound to places that another recording does not share.
-    fn force(&self, contexts: &[Context<'_>], at: usize, crosses: bool) -> Option<Vec<f64>> {
+    /// Whether a member is bound to places, or to a clock, that another recording does not share.
+    fn is_elsewhere(&self, at: usize, crosses: bool) -> bool {
+        let source = &self.found.members[at].candidate.source;
+        crosses && (is_clock(source) || (self.is_relative && is_phase_bound(source)))
+    }
+
+    /// Force of a member; `None` where no run shows it.
+    fn force(&self, contexts: &[Context<'_>], at: usize) -> Option<Vec<f64>> {
         let member = &self.found.members[at];
         let source = &member.candidate.source;
-        if crosses && (is_clock(source) || (self.is_relative && is_phase_bound(source))) {
-            return None;
-        }
         let amplitudes: Vec<f64> = member.base.iter().map(|base| self.found.fit.value_of(*base)).collect();
         Some(weighted(&raw_columns(source, contexts)?, &amplitudes))
     }
@@ -117,7 +122,7 @@ impl Scene<'_> {
     /// and as far as it goes with the law's force.
     fn without_place(&self, contexts: &[Context<'_>], at: usize) -> Option<Vec<f64>> {
         let bench = &self.found.bench;
-        let taught = self.force(bench.contexts, at, false)?;
+        let taught = self.force(bench.contexts, at)?;
         let mut a = Symmetric::zeros(4);
         let mut b = vec![0.0; 4];
         let rows = taught.iter().zip(bench.contexts.iter().flat_map(carriers)).zip(&bench.compared);
@@ -148,7 +153,8 @@ impl Scene<'_> {
                             .map(|(a, b)| a - b)
                             .collect()
                     }
-                    _ => self.force(&side.contexts, at, crosses)?,
+                    _ if self.is_elsewhere(at, crosses) => return None,
+                    _ => self.force(&side.contexts, at)?,
                 };
                 let force = scored.plain(&force);
                 let without: Vec<f64> = after.iter().zip(&force).map(|(after, force)| after + force).collect();

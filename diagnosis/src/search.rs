@@ -46,6 +46,9 @@ const MUCH_FOR_SHARE: usize = 5;
 /// taken for white, 37 has been seen.
 const BEYOND_NOISE: f64 = 120.0;
 
+/// Nats by which a cause leads a simpler one.
+const LEADS: f64 = 1.0;
+
 /// Causes that are refined in every step.
 const SHORT_LIST: usize = 4;
 
@@ -244,15 +247,13 @@ fn short_list(
         })
         .map(|(_, index, _)| refine(bench, &pool.causes[index], fit))
         .collect();
-    // where two tie, the simpler one leads
-    list.sort_by(|a, b| {
-        let simpler = |c: &Candidate| simplicity(&c.source);
-        if (a.1.score - b.1.score).abs() < 1.0 {
-            simpler(&a.0).cmp(&simpler(&b.0))
-        } else {
-            b.1.score.total_cmp(&a.1.score)
-        }
-    });
+    list.sort_by(|a, b| b.1.score.total_cmp(&a.1.score));
+    // where some tie, the simplest one leads
+    let best = list.first().map_or(0.0, |(_, gain)| gain.score);
+    let tied = list.iter().take_while(|(_, gain)| best - gain.score < LEADS).count();
+    if let Some(at) = (0..tied).min_by_key(|at| simplicity(&list[*at].0.source)) {
+        list[..=at].rotate_right(1);
+    }
     list
 }
 

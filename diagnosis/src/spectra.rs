@@ -8,6 +8,7 @@ use rustfft::num_complex::Complex;
 use crate::peaks::peaks;
 use crate::rows::Rows;
 use crate::side::Side;
+use crate::statistics::median;
 
 /// Time that the spectrum looks at in one go, s: what rings with a hundredth of critical damping at 20 Hz lasts half of it.
 const WINDOW_S: f64 = 1.0;
@@ -87,9 +88,8 @@ impl Spectra {
 
     /// Height of an entry over the median around it.
     fn height(power: &[f64], k: usize) -> f64 {
-        let mut around = power[k - k / 4..(k + k / 4 + 1).min(power.len())].to_vec();
-        around.sort_unstable_by(f64::total_cmp);
-        power[k] / around[around.len() / 2].max(f64::MIN_POSITIVE)
+        let around = power[k - k / 4..(k + k / 4 + 1).min(power.len())].to_vec();
+        power[k] / median(around).unwrap_or(0.0).max(f64::MIN_POSITIVE)
     }
 
     /// Frequencies within a range, Hz, that stand out, the highest first.

@@ -181,8 +181,9 @@ impl Waves {
             .map(|column| {
                 let powers = left.powers(bench, &column);
                 let per_row = bench.step_s / waves.padded_m;
-                let size = |k: usize| {
-                    powers.iter().map(|(speed, power)| power * left.response(speed * per_row * k as f64)).sum()
+                let size = |k: usize| -> f64 {
+                    let at = |speed: f64| left.response(speed * per_row * k as f64);
+                    0.5 * powers.iter().map(|(speed, power)| power * at(*speed)).sum::<f64>()
                 };
                 Carrier { sizes: (waves.first..waves.last).map(size).collect(), column }
             })

@@ -13,10 +13,10 @@ use crate::noise::third_differences;
 use crate::nominal::Nominal;
 use crate::report::DataQuality;
 use crate::resolution::coarsest;
-use crate::rest::rms;
 use crate::rows::Rows;
 use crate::sanity::FEWEST_ROWS;
 use crate::side::{Moving, Side};
+use crate::statistics::rms;
 
 /// Share of the squared rest that must be gone with the speed of the position.
 const BETTER: f64 = 0.3;
@@ -62,7 +62,13 @@ pub(crate) fn is_noisy(runs: &[Run]) -> bool {
 }
 
 /// What is gained without the recorded speed, where that only adds noise.
-pub(crate) fn set_aside(simulation: &Simulation, nominal: &Nominal, recorded: &Moving<'_>) -> Option<SetAside> {
+/// Rows that are `held` back have no say.
+pub(crate) fn set_aside(
+    simulation: &Simulation,
+    nominal: &Nominal,
+    recorded: &Moving<'_>,
+    held: &[bool],
+) -> Option<SetAside> {
     let runs = recorded.runs;
     if !runs.iter().any(has_both) || simulation.mechanisms.iter().any(|added| added.id == Id::SpeedNoise) {
         return None;
@@ -73,7 +79,8 @@ pub(crate) fn set_aside(simulation: &Simulation, nominal: &Nominal, recorded: &M
     let derived = Moving::of(&bare);
     let side = |parts| Side::new(simulation, nominal, &nominal.start(), parts, false, &mut DataQuality::default()).ok();
     let (as_recorded, as_derived) = (side(recorded.parts())?, side(derived.parts())?);
-    let both: Vec<bool> = as_recorded.compared.iter().zip(&as_derived.compared).map(|(a, b)| *a && *b).collect();
+    let compared = as_recorded.compared.iter().zip(&as_derived.compared).map(|(a, b)| *a && *b);
+    let both: Vec<bool> = compared.zip(held).map(|(both, held)| both && !held).collect();
     if both.iter().filter(|both| **both).count() < FEWEST_ROWS {
         return None;
     }

@@ -275,3 +275,28 @@ fn the_interval_of_a_number_that_is_off_knows_of_those_beside_it() {
         }
     }
 }
+
+/// A law of which two numbers nearly imitate one another, far off: how cells are rounded decides what a straight line leads
+/// to, and must not decide what is found.
+#[test]
+fn a_law_that_is_far_off_is_never_a_match_however_its_cells_are_rounded() {
+    let simulation = simulation("[tolerance]\npreload = 0.05\nfriction = 0.03\nviscosity = 0.05\n");
+    let clean = recorded(&simulation, strokes(), nothing);
+    for factor in [1.3, 0.5] {
+        for step_n in [1e-2, 1e-3, 1e-4, 1e-5] {
+            let mut run = clean.clone();
+            run.drag_force_n.iter_mut().for_each(|force| *force = (factor * *force / step_n).round() * step_n);
+            let found = outcome(&run, &simulation).diagnosis;
+            assert!(!found.mechanisms.is_empty(), "{factor}, {step_n} N");
+            assert!(
+                found.mechanisms.iter().all(|m| m.id == "parameter-shift"),
+                "{factor}, {step_n} N: {:?}",
+                ids(&found)
+            );
+            let held = &found.holdout;
+            assert!(held.rmse_after_n < 1.05 * found.noise_floor_n, "{factor}, {step_n} N: {held:?}");
+            let numbers = found.mechanisms.iter().flat_map(|m| &m.parameters);
+            assert!(numbers.flat_map(|number| number.ci95).all(f64::is_finite), "{factor}, {step_n} N");
+        }
+    }
+}

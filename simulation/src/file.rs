@@ -59,8 +59,19 @@ pub enum Law {
         /// Force without motion, N; exact where it is given.
         offset_n: Option<f64>,
     },
-    /// The run's own column `simulated_force_n`, made by another program.
-    Column,
+    /// The run's own column `simulated_force_n`, made by another program. Both numbers are factors of what that program is
+    /// taken to have assumed, 0.05 to 20: 1 leaves its force as it is.
+    Column {
+        /// Of the preload; without a column `preload_n` it changes nothing.
+        preload: f64,
+        /// Of the viscosity.
+        viscosity: f64,
+    },
+}
+
+impl Law {
+    /// A column as it is.
+    pub const COLUMN: Self = Law::Column { preload: 1.0, viscosity: 1.0 };
 }
 
 /// The axis that carries the block.

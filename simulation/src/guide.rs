@@ -91,7 +91,7 @@ impl GuideSet {
                 text,
                 Mistake::at_start("guide.law describes an axis without a ball guide; it has no preload"),
             )),
-            Law::Column => Err(BadFile::at(
+            Law::Column { .. } => Err(BadFile::at(
                 text,
                 Mistake::at_start("the file describes no guide; add [guide] with parameters = \"zhou-2023\""),
             )),

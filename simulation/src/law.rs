@@ -86,7 +86,8 @@ pub struct Steady {
     pub force_n: Vec<f64>,
     /// Sign of the velocity, -1 or 1; 0 below the simulation's `zero_speed_m_s`.
     pub direction: Vec<f64>,
-    /// Friction alone, N, positive against the motion; what it would be at that speed where the carriage stands.
+    /// Friction alone, N, positive against the motion; what it would be at that speed where the carriage stands. A column of
+    /// force does not tell that: there it is 0 at rest, and `force_n` the column.
     pub drag_n: Vec<f64>,
     /// Preload, N. A column of force knows it where the run has one.
     pub preload_n: Vec<f64>,
@@ -131,7 +132,12 @@ impl Simulation {
                 let force_n = signed(&direction, &drag_n, mass, &motion.acceleration_m_s2, offset);
                 Ok(Steady { force_n, direction, drag_n, ..Steady::default() })
             }
-            Law::Column => {
+            Law::Column { preload, viscosity } => {
+                let factors = &Factors {
+                    preload: factors.preload * preload,
+                    viscosity: factors.viscosity * viscosity,
+                    ..*factors
+                };
                 let column = run.simulated_force_n.as_deref().ok_or(Missing::SimulatedForce)?;
                 let motion = (&*motion.velocity_m_s, &*motion.acceleration_m_s2, &*direction);
                 let (force_n, inertia) = column::changed(run, column, motion, factors);

@@ -48,11 +48,16 @@ impl Motion {
             Some(position) => position.clone(),
             None => integral(&run.time_s, &velocity_m_s, &parts),
         };
-        let acceleration_m_s2 = match (&run.acceleration_m_s2, &run.velocity_m_s) {
-            (Some(measured), _) if measured.iter().all(|a| a.is_finite()) => measured.clone(),
-            (_, Some(velocity)) => slope(&run.time_s, velocity, &parts, reach),
-            (_, None) => bend(&run.time_s, &position_m, &parts, reach),
+        let derived = || match &run.velocity_m_s {
+            Some(velocity) => slope(&run.time_s, velocity, &parts, reach),
+            None => bend(&run.time_s, &position_m, &parts, reach),
         };
+        let mut acceleration_m_s2 = run.acceleration_m_s2.clone().unwrap_or_else(derived);
+        if acceleration_m_s2.iter().any(|a| !a.is_finite()) {
+            // a cell that was not measured does not take the others with it
+            let missing = acceleration_m_s2.iter_mut().zip(derived()).filter(|(a, _)| !a.is_finite());
+            missing.for_each(|(a, derived)| *a = derived);
+        }
         Motion { position_m, velocity_m_s, acceleration_m_s2, reach, has_position: run.position_m.is_some() }
     }
 }

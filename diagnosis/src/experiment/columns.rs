@@ -6,8 +6,8 @@ use simulation::mechanism::{Context, Id, Search};
 use simulation::profile::Course;
 
 use crate::bench::{Candidate, Member};
-use crate::nominal::Nominal;
 use crate::found::Found;
+use crate::nominal::Nominal;
 use crate::report::DataQuality;
 use crate::sanity::compared;
 use crate::source::{Source, raw_columns};

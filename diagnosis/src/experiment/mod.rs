@@ -19,13 +19,13 @@ mod separation;
 
 use simulation::mechanism::Id;
 
-use crate::bench::{Candidate, Member};
+use crate::bench::{Candidate, without};
 use crate::calibration::prior;
 use crate::equivalents::{NEAR, text};
 use crate::finding::id_of;
+use crate::found::Found;
 use crate::linear::Symmetric;
 use crate::nominal::Nominal;
-use crate::found::Found;
 use crate::report::{Alternative, NextExperiment};
 use crate::side::Side;
 use crate::source::Source;
@@ -91,8 +91,7 @@ pub(crate) fn next(nominal: &Nominal, side: &Side<'_>, found: &Found<'_>, at: us
             rivals.push(candidate);
         }
     }
-    let others: Vec<Member> =
-        found.members.iter().enumerate().filter(|(k, _)| *k != at).map(|(_, member)| member.clone()).collect();
+    let others = without(&found.members, at);
     let parts = Parts::of(found, &others, &rivals);
     if parts.rivals.len() < 2 || !(found.noise_n > 0.0) {
         return None;

@@ -285,7 +285,7 @@ fn a_place_without_a_zero_is_refused_and_so_is_the_same_twice() {
     let seal = entry("id = \"seal-drag\"\ndrag_n = 4.0");
     let why = build(&simulation(&format!("{seal}{seal}")), &UNPROGRAMMED, &TOLD).expect_err("refused").to_string();
     assert!(why.contains("twice"), "{why}");
-    let why = build(&Simulation::of(Law::Column), &UNPROGRAMMED, &TOLD).expect_err("no guide").to_string();
+    let why = build(&Simulation::of(Law::COLUMN), &UNPROGRAMMED, &TOLD).expect_err("no guide").to_string();
     assert!(why.contains("ball guide"), "{why}");
 }
 

@@ -68,7 +68,7 @@ pub fn silences(simulation: &Simulation, run: &Run, motion: &Motion, simulated: 
         matches!(&simulation.law, Law::Guide(set) if matches!(set.lubricant(), Lubricant::Walther(_)));
     let has_preload = run.preload_n.as_ref().is_some_and(|column| column.iter().any(|p| p.is_finite()));
     let why = |n: usize| {
-        if matches!(simulation.law, Law::Column) {
+        if matches!(simulation.law, Law::Column { .. }) {
             return simulated.force_n[n].is_nan().then_some(Silence::Column);
         }
         if simulated.direction[n] == 0.0 {

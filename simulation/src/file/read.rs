@@ -10,8 +10,14 @@ use crate::document::{Item, Mistake, items, parse};
 use crate::guide::GuideSet;
 
 /// Sections of a file, in the order that messages list them.
-const SECTIONS: [&str; 8] =
-    ["schema", "guide", "lubricant", "operation", "axis", "tolerance", "columns", mechanisms::SECTION];
+const SECTIONS: [&str; 9] =
+    ["schema", "guide", "lubricant", "operation", "axis", "tolerance", "columns", COLUMN, mechanisms::SECTION];
+
+/// Section of a column of simulated force.
+pub(super) const COLUMN: &str = "simulated_force";
+
+/// Legal factors of what the program that made the column assumed.
+const ASSUMED: Range = Range { name: "factor", min: 0.05, max: 20.0, unit: "" };
 
 /// The only `law` beside that of a ball guide.
 pub(super) const COULOMB_VISCOUS: &str = "coulomb-viscous";
@@ -35,11 +41,11 @@ pub(super) fn simulation(text: &str) -> Result<Simulation, Mistake> {
         Some(item) => return Err(item.wrong(format!("expected schema = \"{SCHEMA}\""))),
         None => return Err(Mistake::at_start(format!("expected schema = \"{SCHEMA}\" as first key"))),
     }
-    let mut simulation = Simulation::of(Law::Column);
+    let mut simulation = Simulation::of(Law::COLUMN);
     for item in items("", file) {
         match item.key {
             // the law takes more than one section
-            "schema" | "guide" | "lubricant" => {}
+            "schema" | "guide" | "lubricant" | COLUMN => {}
             "operation" => simulation.preload_n = operation(item.table()?)?,
             "axis" => simulation.axis = axis(item.table()?)?,
             "tolerance" => simulation.tolerance = tolerance(item.table()?)?,
@@ -59,6 +65,17 @@ pub(super) fn simulation(text: &str) -> Result<Simulation, Mistake> {
 fn law(file: &DeTable<'_>) -> Result<Law, Mistake> {
     let (guide, place) = section(file, "guide")?;
     let (lubricant, oil) = section(file, "lubricant")?;
+    let (column, of_column) = section(file, COLUMN)?;
+    let has_operation = file.iter().any(|(key, _)| key.get_ref() == "operation");
+    if place.is_none() && oil.is_none() && !has_operation {
+        return simulated_force(&column);
+    }
+    if let Some(span) = of_column {
+        return Err(Mistake::new(
+            &span,
+            format!("[{COLUMN}] means nothing beside a law of its own; leave out one of them"),
+        ));
+    }
     if let Some(item) = guide.iter().find(|item| item.key == "law") {
         if item.value.get_ref().as_str() != Some(COULOMB_VISCOUS) {
             let what = format!("guide.law must be \"{COULOMB_VISCOUS}\"; leave it out for a ball guide");
@@ -68,9 +85,6 @@ fn law(file: &DeTable<'_>) -> Result<Law, Mistake> {
             Some(span) => Err(Mistake::new(&span, format!("[lubricant] means nothing to law = \"{COULOMB_VISCOUS}\""))),
             None => coulomb_viscous(&guide),
         };
-    }
-    if place.is_none() && oil.is_none() && !file.iter().any(|(key, _)| key.get_ref() == "operation") {
-        return Ok(Law::Column);
     }
     let place = place.or(oil).unwrap_or_default();
     GuideSet::read(&guide, &lubricant, &place).map(Law::Guide)
@@ -82,6 +96,18 @@ fn section<'a>(file: &'a DeTable<'a>, name: &'a str) -> Result<(Vec<Item<'a>>, O
         Some(item) => Ok((items(name, item.table()?).collect(), Some(item.key_span))),
         None => Ok((Vec::new(), None)),
     }
+}
+
+fn simulated_force(column: &[Item<'_>]) -> Result<Law, Mistake> {
+    let (mut preload, mut viscosity) = (1.0, 1.0);
+    for item in column {
+        match item.key {
+            "preload" => preload = item.number(&ASSUMED)?,
+            "viscosity" => viscosity = item.number(&ASSUMED)?,
+            _ => return Err(item.unknown(&["preload", "viscosity"])),
+        }
+    }
+    Ok(Law::Column { preload, viscosity })
 }
 
 fn coulomb_viscous(guide: &[Item<'_>]) -> Result<Law, Mistake> {

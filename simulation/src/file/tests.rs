@@ -112,8 +112,13 @@ fn what_is_written_reads_back_as_the_same() {
 
 #[test]
 fn without_a_guide_the_run_brings_its_own_simulation() {
-    assert_eq!(read("").expect("legal").law, Law::Column);
-    assert_eq!(read("[tolerance]\nfriction = 0.1").expect("legal").law, Law::Column);
+    assert_eq!(read("").expect("legal").law, Law::COLUMN);
+    assert_eq!(read("[tolerance]\nfriction = 0.1").expect("legal").law, Law::COLUMN);
+    let off = read("[simulated_force]\nviscosity = 1.25").expect("legal");
+    assert_eq!(off.law, Law::Column { preload: 1.0, viscosity: 1.25 });
+    assert_eq!(Simulation::from_toml(&off.to_toml()).expect("it reads back").law, off.law);
+    let why = read("[simulated_force]\nviscosity = 1.25\n[operation]\npreload_n = 3000").expect_err("two laws");
+    assert!(why.to_string().contains("means nothing beside a law of its own"), "{why}");
     assert_eq!(
         read("[guide]\nlaw = \"coulomb-viscous\"\ncoulomb_n = 3").expect("legal").law,
         Law::CoulombViscous { coulomb_n: Some(3.0), viscous_n_s_m: None, offset_n: None }
@@ -139,7 +144,7 @@ fn mistakes_have_line_column_and_what_would_be_right() {
         ("[guide]\nmu = 3", &format!("line 3, column 1: there is no key guide.mu; there are: {keys}")),
         (
             "[oil]",
-            "line 2, column 2: there is no section oil; there are: schema, guide, lubricant, operation, axis, tolerance, columns, mechanism",
+            "line 2, column 2: there is no section oil; there are: schema, guide, lubricant, operation, axis, tolerance, columns, simulated_force, mechanism",
         ),
         ("guide = 3", "line 2, column 9: guide must be a table"),
         ("[guide]\nhersey = \"both\"", "line 3, column 10: guide.hersey must be one of: \"slip\", \"carriage\""),

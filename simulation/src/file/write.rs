@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::read::COULOMB_VISCOUS;
+use super::read::{COLUMN, COULOMB_VISCOUS};
 use super::{Axis, Law, PositionReference, SCHEMA, Simulation, Tolerance, mechanisms};
 use crate::guide::{GuideSet, is_settable};
 use crate::published::{Provenance, Value};
@@ -21,7 +21,11 @@ pub(super) fn simulation(simulation: &Simulation) -> String {
                 }
             }
         }
-        Law::Column => {}
+        Law::Column { preload, viscosity } => {
+            if (*preload, *viscosity) != (1.0, 1.0) {
+                line(&mut text, format_args!("\n[{COLUMN}]\npreload = {preload:?}\nviscosity = {viscosity:?}"));
+            }
+        }
     }
     if let Some(x) = simulation.preload_n {
         line(&mut text, format_args!("\n[operation]\npreload_n = {x:?}"));

@@ -124,18 +124,25 @@ impl Curve {
         Curve { points, slopes }
     }
 
-    /// Change over a step of ln V from a place in a cell.
+    /// Change over a step of ln V from a place in a cell: the mean of both ends' slopes is exact for a parabola.
     fn step(&self, cell: usize, x: f64, step: f64) -> f64 {
-        let mut there = cell;
-        let target = x + step;
-        while there + 1 < self.points.len() && self.points[there + 1].0 < target {
-            there += 1;
+        0.5 * (self.slope_at(cell, x) + self.slope_at(cell, x + step)) * step
+    }
+
+    /// Slope at a place, between the two points around it; beyond the last of them it stays. The search for them starts at
+    /// a cell.
+    fn slope_at(&self, cell: usize, x: f64) -> f64 {
+        let mut below = cell;
+        while below + 1 < self.points.len() && self.points[below + 1].0 <= x {
+            below += 1;
         }
-        while there > 0 && self.points[there].0 > target {
-            there -= 1;
+        while below > 0 && self.points[below].0 > x {
+            below -= 1;
         }
-        // the mean of both ends' slopes is exact for a parabola
-        0.5 * (self.slopes[cell] + self.slopes[there]) * step
+        let above = (below + 1).min(self.points.len() - 1);
+        let width = self.points[above].0 - self.points[below].0;
+        let share = if width > 0.0 { ((x - self.points[below].0) / width).clamp(0.0, 1.0) } else { 0.0 };
+        self.slopes[below] + share * (self.slopes[above] - self.slopes[below])
     }
 }
 

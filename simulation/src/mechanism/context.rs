@@ -148,7 +148,7 @@ impl<'a> Context<'a> {
                 let slope = viscous_n_s_m.unwrap_or(0.0);
                 viscous_n = motion.velocity_m_s.iter().map(|v| slope * v.abs()).collect();
             }
-            Law::Column => {
+            Law::Column { .. } => {
                 let grows = |(by, sign): (&f64, &f64)| (by * sign).max(0.0);
                 viscous_n = by_viscosity_n.iter().zip(&steady.direction).map(grows).collect();
             }

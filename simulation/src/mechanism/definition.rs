@@ -56,7 +56,7 @@ pub struct Amplitude {
     pub unit: &'static str,
     /// Its sign.
     pub sign: Sign,
-    /// A size that would not surprise, for plots; nothing is penalised by it.
+    /// A size that would not surprise, for examples and tests; nothing is penalised by it.
     pub typical: f64,
     /// The smallest size that means anything, sign aside: a channel that is late is so as a whole.
     pub least: f64,

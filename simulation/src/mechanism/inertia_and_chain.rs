@@ -1,4 +1,4 @@
-//! Forces that do not come from the guide: mass, weight, chains.
+//! Forces that do not come from the guide: mass, chains.
 
 use super::definition::{Definition, Form, Kind};
 use super::id::Id;

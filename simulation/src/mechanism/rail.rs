@@ -66,7 +66,7 @@ fn waves(context: &Context<'_>, wavelength: f64, orders: u32) -> Option<Columns>
     shown(context.waves(&force, wavelength, orders))
 }
 
-/// Sine and cosine of an angle in turns, to 1e-12: whole turns, which may be a million, are taken off first. Without a
+/// Sine and cosine of an angle in turns, to 1e-9: whole turns, which may be a million, are taken off first. Without a
 /// branch, so that rows share a register.
 #[inline]
 fn turned(turns: f64) -> (f64, f64) {
@@ -81,9 +81,9 @@ fn turned(turns: f64) -> (f64, f64) {
             + square * (S[0] + square * (S[1] + square * (S[2] + square * (S[3] + square * (S[4] + square * S[5]))))));
     let cos =
         1.0 + square * (C[0] + square * (C[1] + square * (C[2] + square * (C[3] + square * (C[4] + square * C[5])))));
-    // quarters modulo 4 is 0, 1, 2 or 3; sizes beyond 2^50 have no phase
+    // quarters modulo 4 is -1, 0, 1 or 2; sizes beyond 2^50 have no phase
     let quarter = quarters - 4.0 * ((0.25 * quarters - 0.125 + ROUND) - ROUND);
-    let (swap, back) = (quarter == 1.0 || quarter == -1.0, quarter == 2.0 || quarter == -2.0);
+    let (swap, back) = (quarter == 1.0 || quarter == -1.0, quarter == 2.0);
     let (s, c) = if swap { (quarter * cos, -quarter * sin) } else { (sin, cos) };
     if back { (-s, -c) } else { (s, c) }
 }

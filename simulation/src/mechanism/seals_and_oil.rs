@@ -1,4 +1,4 @@
-//! Friction of seals and of oil away from the loaded contacts, and in them.
+//! Friction of seals, and of oil away from the loaded contacts.
 
 use super::context::Context;
 use super::definition::{Columns, Definition, Form, Kind};

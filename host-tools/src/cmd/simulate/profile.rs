@@ -201,7 +201,7 @@ impl ProfileArguments {
             Name::Staircase => self.staircase(Staircase::default()).course(rate_hz, conditions),
             Name::Ladder => {
                 let from = match (&simulation.law, &self.preloads[..]) {
-                    (_, [_, ..]) | (Law::CoulombViscous { .. } | Law::Column, _) => Ladder {
+                    (_, [_, ..]) | (Law::CoulombViscous { .. } | Law::Column { .. }, _) => Ladder {
                         preloads_n: self.preloads.clone(),
                         staircase: Staircase { order: Order::Up, ..Staircase::default() },
                     },
@@ -365,7 +365,7 @@ impl ProfileArguments {
             }
             // a law without a preload: a column of one would say something that it does not know
             Law::CoulombViscous { .. } => conditions.preload_n = self.preload,
-            Law::Column => {
+            Law::Column { .. } => {
                 let what = "the simulation has no law, only a recording's column simulated_force_n; add [guide]";
                 return Err(Failure::Data(format!("--profile {}: {what}", told(name))));
             }
