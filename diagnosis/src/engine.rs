@@ -107,7 +107,7 @@ fn attempt(
             return Err(reason);
         }
     }
-    let speed = speed::set_aside(simulation, &nominal, &recorded, &split.held);
+    let speed = speed::set_aside(simulation, &nominal, &recorded);
     let (bare, bare_held);
     let (moving, holdout) = match &speed {
         Some(speed) => {
@@ -220,11 +220,17 @@ fn searched<'s>(case: &Case<'s>, rows: &Rows, law_only: &[f64]) -> Result<Found<
     // a law that is off is accepted as such only if nothing else is needed; else it has imitated what is missing
     let found = passes::run(case, rows.clone(), &start, &mut kept)?;
     if found.has_no_cause()
-        && let Some(alone) = law_alone(case, rows, &start, law_only, &mut kept)?
+        && let Some(alone) = law_alone(case, rows, &start, law_only, false, &mut kept)?
     {
         return Ok(alone);
     }
-    passes::run(case, rows.clone(), law_only, &mut kept)
+    let within = passes::run(case, rows.clone(), law_only, &mut kept)?;
+    if within.has_no_cause()
+        && let Some(alone) = law_alone(case, rows, &start, law_only, true, &mut kept)?
+    {
+        return Ok(alone);
+    }
+    Ok(within)
 }
 
 /// Averages of this many rows each; `None` where rows stay as they are.

@@ -208,11 +208,11 @@ pub(crate) fn finding(
         }
         Source::Shift { parameter } => {
             let what = &nominal.parameters[*parameter];
-            let value = calibrated[*parameter] + amplitudes[0];
+            let (least, most) = what.ends();
+            let value = (calibrated[*parameter] + amplitudes[0]).clamp(least, most);
             let Beside { fit, own, .. } = bench.beside(&found.members, at);
             let sigma = 1.0 / bench.precision(&own, &fit).sqrt();
             let mut number = estimate(what.name.to_owned(), value, sigma, what.unit);
-            let (least, most) = what.ends();
             number.ci95 = [number.ci95[0].max(least), number.ci95[1].min(most)];
             parameters.push(number);
             let tolerance = 100.0 * what.sigma.unwrap_or(0.0);

@@ -62,13 +62,8 @@ pub(crate) fn is_noisy(runs: &[Run]) -> bool {
 }
 
 /// What is gained without the recorded speed, where that only adds noise.
-/// Rows that are `held` back have no say.
-pub(crate) fn set_aside(
-    simulation: &Simulation,
-    nominal: &Nominal,
-    recorded: &Moving<'_>,
-    held: &[bool],
-) -> Option<SetAside> {
+/// Which of two channels is the better one is told by all rows, those that are set aside for the score among them.
+pub(crate) fn set_aside(simulation: &Simulation, nominal: &Nominal, recorded: &Moving<'_>) -> Option<SetAside> {
     let runs = recorded.runs;
     if !runs.iter().any(has_both) || simulation.mechanisms.iter().any(|added| added.id == Id::SpeedNoise) {
         return None;
@@ -79,8 +74,7 @@ pub(crate) fn set_aside(
     let derived = Moving::of(&bare);
     let side = |parts| Side::new(simulation, nominal, &nominal.start(), parts, false, &mut DataQuality::default()).ok();
     let (as_recorded, as_derived) = (side(recorded.parts())?, side(derived.parts())?);
-    let compared = as_recorded.compared.iter().zip(&as_derived.compared).map(|(a, b)| *a && *b);
-    let both: Vec<bool> = compared.zip(held).map(|(both, held)| both && !held).collect();
+    let both: Vec<bool> = as_recorded.compared.iter().zip(&as_derived.compared).map(|(a, b)| *a && *b).collect();
     if both.iter().filter(|both| **both).count() < FEWEST_ROWS {
         return None;
     }
