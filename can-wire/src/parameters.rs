@@ -98,7 +98,10 @@ impl core::fmt::Display for BadRecord {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
             BadRecord::Erased => write!(f, "no parameter record: the flash is erased; write one"),
-            BadRecord::Magic => write!(f, "no parameter record: it does not begin with GBPR; write one"),
+            BadRecord::Magic => write!(
+                f,
+                "no parameter record: it does not begin with GBPR; make one with `guideblock parameters --bench BENCH.toml --out RECORD`"
+            ),
             BadRecord::Version(found) => write!(
                 f,
                 "parameter record of version {found}, this program reads version {VERSION}; write it anew with tools of the same release"

@@ -42,6 +42,8 @@ pub struct Tally {
     pub decoded: u64,
     /// Frames that are none of a guide block's, or of a node that was not asked for.
     pub ignored: u64,
+    /// Nodes whose frames were ignored because another one was asked for: bit n for node n.
+    pub others: u128,
     /// Frames that never came, by the alive counters of those that did.
     pub missing: u64,
     /// Frames and lines that were not taken, by reason.
@@ -62,6 +64,14 @@ pub struct Rejected {
 impl Rejected {
     /// So many lines are remembered.
     const LINES: usize = 5;
+}
+
+impl Tally {
+    /// Numbers of the nodes that were seen and not asked for, as text; empty where there were none.
+    pub fn other_nodes(&self) -> String {
+        let seen = (0..128).filter(|node| self.others >> node & 1 == 1).map(|node| node.to_string());
+        seen.collect::<Vec<_>>().join(", ")
+    }
 }
 
 impl Decoder {
@@ -101,6 +111,11 @@ impl Decoder {
     fn take(&mut self, frame: &Frame<'_>) -> Option<Decoded> {
         match Kind::of(frame.id) {
             Ok((_, node)) if self.only.is_none_or(|only| only == node) => {}
+            Ok((_, node)) => {
+                self.tally.ignored += 1;
+                self.tally.others |= 1 << (node.get() & 127);
+                return None;
+            }
             _ => {
                 self.tally.ignored += 1;
                 return None;
@@ -288,7 +303,7 @@ mod tests {
         let frame = publisher().estimate(&stale(1));
         let mut decoder = Decoder::new(NodeId::new(2));
         assert!(decoder.line(text(frame).as_bytes()).is_none());
-        assert_eq!(decoder.tally().ignored, 1);
+        assert_eq!((decoder.tally().ignored, decoder.tally().other_nodes().as_str()), (1, "1"));
         let mut decoder = Decoder::new(NodeId::new(1));
         assert!(decoder.line(text(frame).as_bytes()).is_some());
         assert!(decoder.line(text(frame).replace("can0", "can1").as_bytes()).is_some());

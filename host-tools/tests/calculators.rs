@@ -73,6 +73,10 @@ fn a_table_keeps_its_columns_and_bad_rows_their_reason() {
         expect("preload.csv", &stdout);
         expect("preload.stderr", &stderr);
     }
+    // what is outside of what was measured has a result and the words that the single point has
+    let (status, stdout, _) = guideblock(&["preload", "--csv"], "force_n,speed_m_s,viscosity_cst\n30,15,100\n");
+    assert_eq!(status, Some(0));
+    assert!(stdout.contains(",speed_m_s 15.000000 is outside the measured 0.001667 to 0.100000 m/s"), "{stdout}");
     let (status, stdout, _) = guideblock(&["drag", "--csv"], "preload_n,speed_m_min,temperature_degc\n3000,3,25\n");
     assert_eq!(status, Some(0));
     expect("drag.csv", &stdout);

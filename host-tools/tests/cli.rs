@@ -67,7 +67,10 @@ fn decode_reads_a_pipe_just_the_same() {
 fn decode_tells_when_nothing_is_there() {
     let run = guideblock(&["decode", "tests/cli/bus.log", "--node", "2"], b"");
     assert_eq!(run.status, Some(3));
-    assert!(run.stderr.ends_with("guideblock: tests/cli/bus.log: no frame of a guide block\n"), "{}", run.stderr);
+    let said = "guideblock: tests/cli/bus.log: no frame of a guide block is of node 2; seen: 1\n";
+    assert!(run.stderr.ends_with(said), "{}", run.stderr);
+    let run = guideblock(&["decode", "--node", "2"], b"(1.0) can0 123#00\n");
+    assert!(run.stderr.ends_with("guideblock: standard input: no frame of a guide block\n"), "{}", run.stderr);
     let run = guideblock(&["decode"], b"\x00\xffnot candump\n");
     assert_eq!(run.status, Some(3));
     assert!(run.stderr.contains("1 rejected (candump-"), "{}", run.stderr);
@@ -156,7 +159,8 @@ fn replay_refuses_with_line_and_column() {
     assert_eq!(run.status, Some(3));
     assert_eq!(
         run.stderr,
-        "guideblock: tests/cli/bus.log: no parameter record: it does not begin with GBPR; write one\n"
+        "guideblock: tests/cli/bus.log: no parameter record: it does not begin with GBPR; make one with \
+         `guideblock parameters --bench BENCH.toml --out RECORD`\n"
     );
 }
 
@@ -174,6 +178,11 @@ fn wrong_usage_is_told_from_wrong_data() {
         let run = guideblock(arguments, b"");
         assert_eq!((run.status, run.stdout.as_str()), (Some(2), ""), "{arguments:?}");
         assert!(!run.stderr.is_empty(), "{arguments:?}");
+    }
+    // a command with two ways names both
+    for (command, ways) in [("parameters", ["--bench", "--show"]), ("simulate", ["RUN.csv", "--profile"])] {
+        let run = guideblock(&[command], b"");
+        assert!(run.status == Some(2) && ways.iter().all(|way| run.stderr.contains(way)), "{}", run.stderr);
     }
 }
 

@@ -97,6 +97,49 @@ fn seals_that_were_left_out_are_named_modelled_and_found_once() {
     assert_eq!((status, &again["verdict"]), (Some(0), &Value::from("match")), "{again:#}");
 }
 
+/// What the page of formats shows for copying is a simulation file, and its keys are all there are.
+#[test]
+fn the_page_of_formats_is_true() {
+    let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/formats.md")).unwrap();
+    let examples: Vec<&str> = page.split("```toml\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
+    assert_eq!(examples.len(), 2);
+    for example in examples {
+        simulation::Simulation::from_toml(example).expect("an example that can be copied");
+    }
+    for column in host_tools::recording::axis::names() {
+        assert!(page.contains(&format!("`{column}`")), "{column} is not on the page");
+    }
+    // the reader lists what it knows where it knows not
+    for section in ["guide", "lubricant", "operation", "axis", "tolerance"] {
+        let file = format!("schema = \"guideblock.simulation/1\"\n[{section}]\nno_such_key = 1\n");
+        let said = simulation::Simulation::from_toml(&file).expect_err("no such key").to_string();
+        let known = said.split("there are: ").nth(1).expect("the known keys");
+        for key in known.split(", ") {
+            assert!(page.contains(&format!("`{}`", key.trim())), "{section}.{key} is not on the page");
+        }
+    }
+}
+
+/// Rows that teach the search cannot score it: the same file, a copy of it, and a part of it are refused.
+#[test]
+fn a_holdout_that_the_search_has_seen_is_refused() {
+    let folder = folder("twins");
+    let simulation = folder.join("sim.toml");
+    fs::write(&simulation, SIMULATION).unwrap();
+    let run = record(&folder, SIMULATION, "5");
+    let lines = fs::read_to_string(&run).unwrap();
+    let part = folder.join("part.csv").display().to_string();
+    let rows = lines.split_inclusive('\n').enumerate().filter(|(n, _)| *n == 0 || (1000..4000).contains(n));
+    fs::write(&part, rows.map(|(_, line)| line).collect::<String>()).unwrap();
+    let copy = folder.join("copy.parquet").display().to_string();
+    assert!(guideblock(&["convert", &run, &copy]).status.success());
+    for (searched, held) in [(&run, &run), (&run, &copy), (&run, &part), (&part, &copy)] {
+        let (status, _, stderr) = diagnose(&[searched], &simulation, &["--holdout", held]);
+        assert_eq!(status, Some(2), "{held}: {stderr}");
+        assert!(stderr.contains(&format!("--holdout {held}: holds the rows of {searched}")), "{stderr}");
+    }
+}
+
 #[test]
 fn the_same_input_gives_the_same_bytes_from_one_thread_or_two() {
     let folder = folder("same");

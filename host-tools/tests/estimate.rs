@@ -169,6 +169,8 @@ fn a_staircase_in_a_file_gives_its_preload() {
     assert_eq!(status, Some(0), "{stderr}");
     let object: serde_json::Value = serde_json::from_str(&stdout).expect("JSON");
     let number = |v: &serde_json::Value| v.as_f64().expect("a number");
+    assert_eq!((&object["law"]["parameters"], &object["law"]["is_calibrated"]), (&"zhou-2023".into(), &false.into()));
+    assert!(stderr.contains("not calibrated on this guide; ASSUMED: conformity, "), "{stderr}");
     let found = &object["staircase"];
     assert_eq!(found["speeds"], 20);
     for (key, truth) in [("preload_n", 3000.0), ("seal_drag_n", 4.0)] {
@@ -181,7 +183,18 @@ fn a_staircase_in_a_file_gives_its_preload() {
     assert_eq!(stdout.lines().count(), 161);
     expect("estimate.stderr", &stderr);
     expect("estimate.csv", &stdout.split_inclusive('\n').take(20).collect::<String>());
-    assert!(fs::read_to_string(path("page.html")).expect("written").contains("Preload over time"));
+    let page = fs::read_to_string(path("page.html")).expect("written");
+    assert!(page.contains("Preload over time") && page.contains("not calibrated on this guide"));
+    // who closes standard output early still gets the page
+    let mut child = Command::new(env!("CARGO_BIN_EXE_guideblock"))
+        .args(["estimate", &path("stairs.csv"), "--viscosity", "100", "--html", &path("early.html")])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .expect("the binary");
+    drop(child.stdout.take());
+    assert_eq!(child.wait().expect("it ends").code(), Some(0));
+    assert!(fs::metadata(path("early.html")).expect("written").len() > 1000);
     let (status, stdout, _) = ask(&["--seal-drag", "4", "--out", &path("windows.parquet")]);
     assert_eq!(status, Some(0));
     assert!(stdout.starts_with("preload "), "{stdout}");

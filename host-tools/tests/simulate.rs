@@ -443,7 +443,7 @@ fn wrong_usage_and_missing_columns_have_their_status() {
         (&["run.csv", "--simulation", "sim.toml", "--out", "run.csv"], 2, "run.csv: is the recording itself"),
         (&["run.csv", "--simulation", "sim.toml", "--json"], 2, "--out"),
         (&["run.csv", "--simulation", "sim.toml", "--noise-n", "1"], 2, "--profile"),
-        (&["--simulation", "sim.toml"], 2, "RECORDING"),
+        (&["--simulation", "sim.toml"], 2, "give a recording, `simulate RUN.csv`, or a test profile"),
         (&["run.csv", "--profile", "map", "--simulation", "sim.toml"], 2, "one of the two"),
         (
             &["--profile", "map", "--simulation", "sim.toml", "--where", "a=1"],

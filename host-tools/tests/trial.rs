@@ -161,10 +161,11 @@ fn a_part_of_a_trial_that_is_not_there_is_told_with_what_to_do() {
     fs::create_dir_all(folder.join("records/one")).unwrap();
     refused("seal", "answers/one.truth.json", "every record needs its answer");
     fs::create_dir_all(folder.join("answers")).unwrap();
-    fs::write(folder.join("answers/one.truth.json"), "{}").unwrap();
+    let truth = r#"{"kind": "clean", "effects": [], "expected_verdict": "match"}"#;
+    fs::write(folder.join("answers/one.truth.json"), truth).unwrap();
     refused("seal", "answers/trial.json", "the list of all records");
     assert_eq!(fs::read_dir(folder.join("answers")).unwrap().count(), 1, "no salt of a refused sealing");
-    fs::write(folder.join("answers/trial.json"), "{}").unwrap();
+    fs::write(folder.join("answers/trial.json"), r#"{"seed": 0, "blocks": {"one": "clean"}}"#).unwrap();
     let sealed = guideblock(&["trial", "seal", text(&folder)]);
     assert!(sealed.status.success(), "{}", String::from_utf8_lossy(&sealed.stderr));
 
@@ -318,6 +319,17 @@ fn real_recordings_are_skipped_where_they_are_not() {
     assert!(!folder.join("real.html").exists());
 }
 
+/// The answer that the bench protocol shows for copying is one that the opening reads.
+#[test]
+fn the_example_of_the_bench_protocol_is_an_answer() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/bench-protocol.md");
+    let page = fs::read_to_string(page).unwrap();
+    let example = page.split("```json\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    let truth: host_tools::trial::score::truth::Truth = serde_json::from_str(example).unwrap();
+    assert_eq!((truth.expected_verdict.as_str(), truth.effects[0].id.as_str()), ("explained", "force-offset"));
+    assert_eq!(truth.effects[0].number("offset_n"), Some(-4.9));
+}
+
 #[test]
 fn an_envelope_filled_by_hand_is_sealed_and_scored() {
     if !has_python() {
@@ -353,10 +365,20 @@ fn an_envelope_filled_by_hand_is_sealed_and_scored() {
         } else {
             let refused = guideblock(&["trial", "seal", text(&folder)]);
             assert!(String::from_utf8_lossy(&refused.stderr).contains("card-3.truth.json: not found; every record"));
+            // what the opening could not read is refused while it can still be mended
+            fs::write(folder.join(format!("answers/{id}.truth.json")), r#"{"card": "mass", "kg": 0.2}"#).unwrap();
+            let refused = guideblock(&["trial", "seal", text(&folder)]);
+            let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+            assert_eq!(refused.status.code(), Some(3), "{said}");
+            assert!(said.contains("card-3.truth.json: missing field `kind`"), "{said}");
+            assert!(!folder.join("answers/card-1.salt").exists() && !folder.join("root.txt").exists());
             fs::write(folder.join(format!("answers/{id}.truth.json")), truth).unwrap();
         }
     }
     let blocks = r#"{"seed": 0, "blocks": {"card-1": "single", "card-2": "clean", "card-3": "single"}}"#;
+    fs::write(folder.join("answers/trial.json"), blocks.replace("card-3", "card-4")).unwrap();
+    let refused = guideblock(&["trial", "seal", text(&folder)]);
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("trial.json: no block of record card-3"));
     fs::write(folder.join("answers/trial.json"), blocks).unwrap();
     let sealed = guideblock(&["trial", "seal", text(&folder)]);
     assert!(sealed.status.success(), "{}", String::from_utf8_lossy(&sealed.stderr));

@@ -22,7 +22,7 @@ use super::{Failure, node, output, say};
 ///
 ///     guideblock block identify --bus slcan:/dev/ttyACM0
 ///     guideblock block set warn-below 2000 --bus socketcan:can0
-///     guideblock block burst --blocks 3000 --out run.csv --bus slcan:/dev/ttyACM0
+///     guideblock block burst --blocks 3000 --parameters block.record --out burst.csv --bus slcan:/dev/ttyACM0
 ///
 /// `--bus desk` is a block in memory, to try commands with. What changes anything needs the block's key, is
 /// refused while the carriage moves, and holds until the next start, or for good after `set save`.

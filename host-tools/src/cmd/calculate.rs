@@ -6,6 +6,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use host_tools::calculator::{self, Answer, Motion, Oil, Refusal};
+use host_tools::report::number::significant;
 use serde_json::json;
 use simulation::guide::GuideSet;
 use simulation::published::{Provenance, Value};
@@ -164,10 +165,5 @@ fn one(direction: Direction, given: Option<f64>, shared: &Shared, set: &GuideSet
 
 /// Six significant digits, as a person reads them.
 pub(super) fn six_digits(x: f64) -> String {
-    let size = x.abs();
-    if size != 0.0 && !(1e-3..1e6).contains(&size) {
-        return format!("{x:.5e}");
-    }
-    let exponent = if size == 0.0 { 0 } else { libm::floor(libm::log10(size)) as i32 };
-    format!("{x:.*}", usize::try_from(5 - exponent).unwrap_or(0))
+    significant(x, 6)
 }

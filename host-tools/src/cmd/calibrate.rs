@@ -197,6 +197,12 @@ fn read(
             let required = ["velocity_m_s", "drag_force_n"];
             let (table, losses) = with_progress(input, |progress| {
                 table::open(input, &required, &optional, &mappings, selections, progress)
+            })
+            .map_err(|failure| match failure {
+                Failure::Data(why) => {
+                    Failure::Data(format!("{why}; it has no column time_s and was taken for a table of means"))
+                }
+                other => other,
             })?;
             let name = input.display().to_string();
             losses.describe(&name).iter().for_each(say);
@@ -210,15 +216,6 @@ fn write_guide(arguments: &Arguments, name: &str, found: &Calibration, base: &Si
     if let Some(path) = &arguments.html {
         fs::write(path, calibrate::guide_page(name, found)).map_err(|error| Failure::file(path, error))?;
     }
-    let mut out = output();
-    if arguments.json {
-        writeln!(out, "{:#}", calibrate::guide_object(name, found))?;
-    } else {
-        for line in calibrate::describe_guide(found) {
-            writeln!(out, "{line}")?;
-        }
-    }
-    out.flush()?;
     if let Some(path) = &arguments.out {
         let simulation = calibrate::guide_file(found, base).map_err(Failure::data)?;
         let text = format!("# {} strokes of {name}\n{}", found.cells.len(), simulation.to_toml());
@@ -236,7 +233,16 @@ fn write_guide(arguments: &Arguments, name: &str, found: &Calibration, base: &Si
         let bytes = parameters::to_bytes(&record).map_err(Failure::data)?;
         fs::write(path, bytes).map_err(|error| Failure::file(path, error))?;
     }
-    Ok(())
+    // last: whoever closes standard output early still gets the files
+    let mut out = output();
+    if arguments.json {
+        writeln!(out, "{:#}", calibrate::guide_object(name, found))?;
+    } else {
+        for line in calibrate::describe_guide(found) {
+            writeln!(out, "{line}")?;
+        }
+    }
+    Ok(out.flush()?)
 }
 
 fn write_axis(arguments: &Arguments, name: &str, all: &[Stroke]) -> Result<(), Failure> {

@@ -70,7 +70,13 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     let tally = decoder.tally();
     say(tally);
     if tally.decoded == 0 {
-        return Err(Failure::Data(format!("{name}: no frame of a guide block")));
+        let what = match (arguments.node, tally.other_nodes()) {
+            (Some(node), others) if !others.is_empty() => {
+                format!("no frame of a guide block is of node {}; seen: {others}", node.get())
+            }
+            _ => "no frame of a guide block".to_owned(),
+        };
+        return Err(Failure::Data(format!("{name}: {what}")));
     }
     Ok(())
 }

@@ -8,6 +8,7 @@ use diagnosis::report::{Diagnosis, Verdict};
 use diagnosis::{Options, diagnose};
 use host_tools::diagnosed;
 use host_tools::recording::{Losses, Mapping};
+use host_tools::report::number::{short, significant, with_space};
 use simulation::run::Run;
 
 use super::recordings::RecordingArguments;
@@ -16,9 +17,13 @@ use super::{Failure, output};
 
 /// Finds what a simulation leaves out
 ///
-/// Holds recordings of one block against a simulation of it: moves what the simulation only assumes within its
-/// tolerance, locates what is left, names the physics or the sensor fault behind it, and scores the result on rows
-/// that the search has not seen. Exit status 0: nothing is missing, 1: something is.
+/// Holds recordings of one block against a simulation of it: moves what the simulation only assumes
+/// within its tolerance, locates what is left, names the physics or the sensor fault behind it, and
+/// scores the result on rows that the search has not seen.
+///
+/// Exit status 0: nothing is missing, or the recording was read and allows no judgement (verdict
+/// insufficient-data); 1: something is missing; 2: wrong usage, a file that is not there; 3: a
+/// recording or simulation file of which nothing can be used.
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Arguments {
@@ -62,12 +67,19 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         }
         Err(other) => return Err(other),
     };
+    if let Some((seen, kept)) = host_tools::recording::twins(&runs, &holdout) {
+        let what = "those rows teach the search and cannot score it; give a recording of its own, or leave --holdout out \
+                    and a quarter of the rows is set aside";
+        return Err(Failure::Usage(format!("--holdout {}: holds the rows of {}: {what}", kept.name, seen.name)));
+    }
     let mut outcome = diagnose(&runs, &holdout, &simulation, &options);
     for losses in losses {
         count(&mut outcome.diagnosis, losses);
     }
     let diagnosis = &outcome.diagnosis;
-    write_json(arguments.json.as_deref(), diagnosis)?;
+    // files first: whoever closes standard output early still gets them
+    let (is_stdout, json) = (arguments.json.as_deref() == Some(Path::new("-")), arguments.json.as_deref());
+    write_json(json.filter(|_| !is_stdout), diagnosis)?;
     if let Some(path) = &arguments.html {
         let found = outcome.augmented.as_ref().map(|augmented| diagnosed::views(&runs, &simulation, augmented));
         let views = found.transpose().map_err(Failure::data)?.unwrap_or_default();
@@ -77,8 +89,11 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     if let (Some(path), Some(augmented)) = (&arguments.export, &outcome.augmented) {
         fs::write(path, augmented.to_toml()).map_err(|error| Failure::file(path, error))?;
     }
-    if arguments.json.as_deref() != Some(Path::new("-")) {
-        summary(diagnosis)?;
+    let told = if is_stdout { write_json(json, diagnosis) } else { summary(diagnosis) };
+    match told {
+        // the verdict is asked for by its exit status, too
+        Err(Failure::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => {}
+        told => told?,
     }
     match diagnosis.verdict {
         Verdict::Match | Verdict::InsufficientData => Ok(()),
@@ -134,7 +149,8 @@ fn summary(diagnosis: &Diagnosis) -> Result<(), Failure> {
     if diagnosis.verdict == Verdict::InsufficientData {
         return Ok(out.flush()?);
     }
-    writeln!(out, "nothing missing  p = {:.2e}", diagnosis.p_no_mismatch)?;
+    let small = diagnosed::of_no_interest(diagnosis).map_or_else(String::new, |why| format!(" ({why})"));
+    writeln!(out, "nothing missing  p = {}{small}", short(diagnosis.p_no_mismatch, 3))?;
     for mechanism in &diagnosis.mechanisms {
         writeln!(
             out,
@@ -147,21 +163,27 @@ fn summary(diagnosis: &Diagnosis) -> Result<(), Failure> {
         writeln!(out, "                 {}", mechanism.statement)?;
         for p in &mechanism.parameters {
             let [low, high] = p.ci95;
-            writeln!(out, "                 {} = {:.4e} {} ({low:.3e} to {high:.3e})", p.name, p.value, p.unit)?;
+            let [low, high] = [significant(low, 4), significant(high, 4)];
+            let (value, unit) = (significant(p.value, 5), with_space(&p.unit));
+            writeln!(out, "                 {} = {value}{unit} ({low} to {high})", p.name)?;
         }
         if !mechanism.equivalents.is_empty() {
             writeln!(out, "                 not to be told from: {}", mechanism.equivalents.join(", "))?;
         }
     }
     for region in &diagnosis.regions {
-        writeln!(out, "where            {} {:.4} to {:.4} {}", region.axis, region.from, region.to, region.unit)?;
+        let [from, to, unit] = [short(region.from, 4), short(region.to, 4), with_space(region.unit)];
+        writeln!(out, "where            {} {from} to {to}{unit}", region.axis)?;
     }
     let holdout = &diagnosis.holdout;
     writeln!(out, "set aside        {}", holdout.description)?;
     writeln!(
         out,
-        "error there      {:.4} N as given, {:.4} N calibrated, {:.4} N with what was found; noise {:.4} N",
-        holdout.rmse_before_n, holdout.rmse_calibrated_n, holdout.rmse_after_n, diagnosis.noise_floor_n
+        "error there      {} N as given, {} N calibrated, {} N with what was found; noise {} N",
+        significant(holdout.rmse_before_n, 4),
+        significant(holdout.rmse_calibrated_n, 4),
+        significant(holdout.rmse_after_n, 4),
+        significant(diagnosis.noise_floor_n, 4)
     )?;
     if let Some(next) = &diagnosis.next_experiment {
         writeln!(out, "next             {}: {}", next.code, next.text)?;

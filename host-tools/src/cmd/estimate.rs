@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use calibration::staircase::Staircase;
-use host_tools::estimate::{self, Estimate, Settings, Summary};
+use host_tools::estimate::{self, Basis, Estimate, Settings, Summary};
 use host_tools::recording::{Cells, Column, Kind, write};
 use serde_json::json;
 
@@ -102,20 +102,26 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     } else {
         None
     };
+    let lines = describe(&summary, staircase.as_ref());
+    let basis = Basis::of(&simulation);
+    let uncalibrated = basis.as_ref().and_then(Basis::warning);
+    // files first: whoever closes standard output early still gets them
+    if let Some(path) = &arguments.html {
+        let lead = lines.first().map_or("", String::as_str);
+        let page = estimate::page(&run.name, lead, uncalibrated.as_deref(), &estimates, &summary, staircase.as_ref());
+        fs::write(path, page).map_err(|error| Failure::file(path, error))?;
+    }
+    if let Some(line) = &uncalibrated {
+        say(line);
+    }
     match (&arguments.out, arguments.json) {
         (Some(out), _) => table(out, &estimates)?,
         (None, false) => table(Path::new("-"), &estimates)?,
         (None, true) => {}
     }
-    let lines = describe(&summary, staircase.as_ref());
-    if let Some(path) = &arguments.html {
-        let lead = lines.first().map_or("", String::as_str);
-        let page = estimate::page(&run.name, lead, &estimates, &summary, staircase.as_ref());
-        fs::write(path, page).map_err(|error| Failure::file(path, error))?;
-    }
     if arguments.json {
         let mut out = output();
-        writeln!(out, "{:#}", object(&run.name, window_s, &summary, staircase.as_ref()))?;
+        writeln!(out, "{:#}", object(&run.name, window_s, basis.as_ref(), &summary, staircase.as_ref()))?;
         out.flush()?;
     } else if arguments.out.is_some() {
         let mut out = output();
@@ -200,7 +206,7 @@ fn describe(summary: &Summary, staircase: Option<&Staircase>) -> Vec<String> {
     lines.push(format!("{} of {} windows have a preload{refused}", summary.usable, summary.windows));
     for place in summary.places.iter().filter(|place| place.windows > 0) {
         lines.push(format!(
-            "  {:>9.4} to {:>9.4} m  {:>6} windows  {:>8.1} N +- {:.1}",
+            "  {:>9.4} to {:>9.4} m  {:>6} windows  {:>8.1} N +- {:.1} (noise only)",
             place.from_m,
             place.to_m,
             place.windows,
@@ -211,12 +217,19 @@ fn describe(summary: &Summary, staircase: Option<&Staircase>) -> Vec<String> {
     lines
 }
 
-fn object(name: &str, every_s: f64, summary: &Summary, staircase: Option<&Staircase>) -> serde_json::Value {
+fn object(
+    name: &str,
+    every_s: f64,
+    basis: Option<&Basis>,
+    summary: &Summary,
+    staircase: Option<&Staircase>,
+) -> serde_json::Value {
     // JSON has no NaN: what is not known is null
     let fitted = |f: &calibration::staircase::Fitted| json!({"value": f.value, "sigma": f.sigma, "ci95": f.interval});
     json!({
         "schema": "guideblock.estimate/1",
         "recording": name,
+        "law": basis,
         "every_s": every_s,
         "windows": summary.windows,
         "usable": summary.usable,

@@ -29,11 +29,15 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "RECORD", requires = "bench")]
     out: Option<PathBuf>,
     /// Record to print as a bench file
-    #[arg(long, value_name = "RECORD", conflicts_with_all = ["bench", "out"], required_unless_present = "bench")]
+    #[arg(long, value_name = "RECORD", conflicts_with_all = ["bench", "out"])]
     show: Option<PathBuf>,
 }
 
 pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
+    if arguments.show.is_none() && arguments.bench.is_none() {
+        let what = "give --bench BENCH.toml --out RECORD to make a record, or --show RECORD to print one";
+        return Err(Failure::Usage(what.to_owned()));
+    }
     if let Some(path) = &arguments.show {
         let bytes = fs::read(path).map_err(|error| Failure::file(path, error))?;
         let record =

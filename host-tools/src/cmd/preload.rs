@@ -13,6 +13,7 @@ use super::calculate::{self, Direction, Shared};
 /// A table has the columns force_n (or drag_force_n, signed like velocity_m_s), speed_m_s, velocity_m_s or
 /// speed_m_min, and may have viscosity_cst, temperature_degc and seal_drag_n; options stand in for
 /// columns and cells that are missing. All columns are kept; calculated_preload_n and reason are added.
+/// A reason says why a row has no result, or what of it is outside of what was measured.
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Arguments {

@@ -39,7 +39,7 @@ const PUBLISHED_PRELOAD_N: f64 = 3000.0;
 #[command(verbatim_doc_comment, allow_negative_numbers = true)]
 pub(crate) struct Arguments {
     /// Recording, CSV or Parquet; - is standard input
-    #[arg(value_name = "RECORDING", required_unless_present = "profile")]
+    #[arg(value_name = "RECORDING")]
     input: Option<PathBuf>,
     /// Simulation file; without it, the set zhou-2023 at 3000 N
     #[arg(long, value_name = "SIM.toml")]
@@ -80,11 +80,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         (Some(input), None) => recorded::run(arguments, input, &simulation, &mappings, out)?,
         (None, Some(name)) => driven::run(arguments, name, &simulation, out)?,
         // said here: a conflict that clap knows of would silence what other options require
-        _ => return Err(Failure::Usage("give a recording or --profile, one of the two".to_owned())),
+        (None, None) => {
+            let what =
+                "give a recording, `simulate RUN.csv`, or a test profile, `simulate --profile NAME`; --help names them";
+            return Err(Failure::Usage(what.to_owned()));
+        }
+        (Some(_), Some(_)) => return Err(Failure::Usage("give a recording or --profile, one of the two".to_owned())),
     };
     if let Some(path) = &arguments.html {
         fs::write(path, &told.page).map_err(|error| Failure::file(path, error))?;
     }
+    // after the page: whoever closes standard output early still gets it
+    told.written?;
     if arguments.json {
         let mut out = output();
         writeln!(out, "{:#}", told.object)?;
@@ -105,6 +112,8 @@ impl Arguments {
 
 /// What is told of a run beside its rows.
 struct Told {
+    /// How writing the rows ended.
+    written: Result<(), Failure>,
     lines: Vec<String>,
     object: serde_json::Value,
     /// Empty unless asked for.

@@ -127,7 +127,7 @@ struct Real {
     /// Program
     #[arg(long, default_value = "guideblock", value_name = "PROGRAM")]
     binary: String,
-    /// Folder of the recordings; GUIDEBLOCK_DATA or ../shared/data unless told
+    /// Folder of the recordings; the one that GUIDEBLOCK_DATA names unless told
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
     /// Where real.json and real.html go
@@ -345,7 +345,9 @@ fn open(open: &Open) -> Result<(), Failure> {
 }
 
 fn real(real: &Real) -> Result<(), Failure> {
-    let data = real.data.clone().unwrap_or_else(|| real::data_folder(Path::new(".")));
+    let data = real.data.clone().or_else(real::data_folder).ok_or_else(|| {
+        Failure::Usage("name the folder of the recordings with --data, or in GUIDEBLOCK_DATA".to_owned())
+    })?;
     let program = runner::find(&real.binary)?;
     let spinner = ProgressBar::new_spinner().with_message("real recordings");
     spinner.enable_steady_tick(Duration::from_millis(200));
@@ -354,7 +356,7 @@ fn real(real: &Real) -> Result<(), Failure> {
     let answers = answers?;
     if answers.is_empty() {
         say(format_args!(
-            "skipped: none of the recordings is in {}; set GUIDEBLOCK_DATA to their folder",
+            "skipped: none of the recordings is in {}; name their folder with --data, or in GUIDEBLOCK_DATA",
             data.display()
         ));
         return Ok(());

@@ -4,4 +4,4 @@ mod axes;
 mod page;
 
 pub use axes::{AxisView, Bin, views};
-pub use page::page;
+pub use page::{of_no_interest, page};

@@ -4,6 +4,7 @@ use diagnosis::report::{Diagnosis, Finding, Verdict};
 
 use super::AxisView;
 use crate::report::chart::Chart;
+use crate::report::number::{short, significant, with_space};
 use crate::report::page::Page;
 
 /// Makes the page. `views` may be empty where there was nothing to compare.
@@ -32,6 +33,15 @@ pub fn page(name: &str, diagnosis: &Diagnosis, views: &[AxisView]) -> String {
     pictures(&mut page, diagnosis, views);
     quality(&mut page, diagnosis);
     page.finish()
+}
+
+/// Probability by chance below which a difference is certain.
+const CERTAIN: f64 = 1e-6;
+
+/// Why a simulation that certainly differs is a match all the same; `None` where it does not differ, or more is said.
+pub fn of_no_interest(diagnosis: &Diagnosis) -> Option<&'static str> {
+    let is_match = diagnosis.verdict == Verdict::Match;
+    (is_match && diagnosis.p_no_mismatch < CERTAIN).then_some("a difference is certain, and below the relevance limit")
 }
 
 /// The answer in a sentence.
@@ -68,6 +78,9 @@ fn score(page: &mut Page, diagnosis: &Diagnosis) {
     ];
     page.table(&["", "root of the mean squared error (N)"], &rows);
     let [low, high] = h.improvement_ci95;
+    if let Some(why) = of_no_interest(diagnosis) {
+        page.prose(&format!("Nothing is named: {why}."));
+    }
     page.prose(&format!(
         "Error removed: {:.1} to {:.1} % (95 %). Probability of such a mismatch by chance: {:.1e}.",
         100.0 * low,
@@ -135,10 +148,10 @@ fn causes(page: &mut Page, diagnosis: &Diagnosis) {
                 vec![
                     m.id.clone(),
                     p.name.clone(),
-                    format!("{:.4e}", p.value),
-                    format!("{:.3e}", p.ci95[0]),
-                    format!("{:.3e}", p.ci95[1]),
-                    p.unit.clone(),
+                    significant(p.value, 5),
+                    significant(p.ci95[0], 4),
+                    significant(p.ci95[1], 4),
+                    with_space(&p.unit).trim_start().to_owned(),
                 ]
             })
         })
@@ -185,7 +198,10 @@ fn pictures(page: &mut Page, diagnosis: &Diagnosis, views: &[AxisView]) {
         .regions
         .iter()
         .filter(|r| views.iter().all(|v| v.axis != r.axis))
-        .map(|r| format!("{}: {} from {:.4e} to {:.4e} {}", r.id, r.axis, r.from, r.to, r.unit))
+        .map(|r| {
+            let [from, to, unit] = [short(r.from, 4), short(r.to, 4), with_space(r.unit)];
+            format!("{}: {} from {from} to {to}{unit}", r.id, r.axis)
+        })
         .collect();
     if !elsewhere.is_empty() {
         page.list(elsewhere);
@@ -204,5 +220,5 @@ fn quality(page: &mut Page, diagnosis: &Diagnosis) {
 }
 
 fn newtons(x: f64) -> String {
-    format!("{x:.4}")
+    significant(x, 4)
 }

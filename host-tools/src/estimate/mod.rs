@@ -16,12 +16,14 @@
 //! the whole recording and no longer recording makes them smaller.
 
 mod band;
+mod basis;
 mod page;
 mod staircase;
 mod summary;
 mod windows;
 
 pub use band::{Estimate, Preload};
+pub use basis::Basis;
 pub use page::page;
 pub use staircase::{speeds, staircase};
 pub use summary::{Place, Summary};

@@ -6,16 +6,20 @@ use super::{Estimate, Summary};
 use crate::report::chart::Chart;
 use crate::report::page::Page;
 
-/// Makes the page; `lead` is the answer in a sentence.
+/// Makes the page; `lead` is the answer in a sentence, `warning` what has to be known of the law.
 pub fn page(
     name: &str,
     lead: &str,
+    warning: Option<&str>,
     estimates: &[Estimate],
     summary: &Summary,
     staircase: Option<&Staircase>,
 ) -> String {
     let mut page = Page::new(&format!("Preload in {name}"));
     page.lead(lead);
+    if let Some(warning) = warning {
+        page.warning(warning);
+    }
     let band = |e: &Estimate| e.preload.map_or((f64::NAN, f64::NAN), |p| p.band());
     let value = |e: &Estimate| e.preload.map_or(f64::NAN, |p| p.value_n);
     let over_time = Chart::new("Preload over time", "time (s)", "preload (N)")

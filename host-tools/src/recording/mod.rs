@@ -64,6 +64,20 @@ pub fn open(
     axis::from_bytes(&file, bytes, mappings, selections, progress)
 }
 
+/// A run of either list whose rows are those of one of the other list, or a stretch of them, whatever the files are
+/// called and of whatever kind they are.
+pub fn twins<'a>(seen: &'a [Run], kept: &'a [Run]) -> Option<(&'a Run, &'a Run)> {
+    let pairs = seen.iter().flat_map(|run| kept.iter().map(move |other| (run, other)));
+    pairs.into_iter().find(|(run, other)| {
+        let (short, long) = if run.len() < other.len() { (run, other) } else { (other, run) };
+        let rows = short.len();
+        // the clock first: it rises, so that nearly every place is decided by one row
+        (0..=long.len() - rows).any(|n| {
+            long.time_s[n..n + rows] == short.time_s[..] && long.drag_force_n[n..n + rows] == short.drag_force_n[..]
+        })
+    })
+}
+
 /// The name of an input in messages and all of its bytes.
 fn load(path: &Path) -> Result<(String, Vec<u8>), Unusable> {
     let (file, read) = if path == Path::new("-") {

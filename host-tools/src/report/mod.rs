@@ -4,6 +4,7 @@ pub mod chart;
 pub mod csv;
 pub mod html;
 pub mod json;
+pub mod number;
 pub mod page;
 pub mod scale;
 pub mod svg;

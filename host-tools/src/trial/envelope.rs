@@ -15,7 +15,8 @@ use std::process::Command;
 use serde::{Deserialize, Serialize};
 
 use super::commitment::{self, Salt};
-use super::{TrialError, at, expected, malformed, names, read, write};
+use super::score::truth_of;
+use super::{TrialError, at, expected, json, malformed, names, read, write};
 
 /// What is drawn and how it is sealed.
 #[derive(Clone, Debug)]
@@ -200,8 +201,8 @@ pub fn make(order: &Order, folder: &Path) -> Result<Envelope, TrialError> {
 /// Seals a folder that was filled by hand, as on a rig: `records/ID/`, `answers/ID.truth.json`, `answers/trial.json`.
 ///
 /// # Errors
-/// [`TrialError::Missing`] without records, list or an answer, [`TrialError::Tool`] where it is sealed already,
-/// [`TrialError::File`].
+/// [`TrialError::Missing`] without records, list or an answer, [`TrialError::Malformed`] where the opening could not read
+/// one of them, [`TrialError::Tool`] where it is sealed already, [`TrialError::File`].
 pub fn seal(folder: &Path, made_s: u64) -> Result<Envelope, TrialError> {
     if folder.join("root.txt").exists() {
         return Err(TrialError::Tool(format!("{} is sealed already", folder.display())));
@@ -213,15 +214,21 @@ pub fn seal(folder: &Path, made_s: u64) -> Result<Envelope, TrialError> {
     if ids.is_empty() {
         return Err(missing(&records.join("ID"), NO_RECORDS));
     }
-    for id in ids {
+    for id in &ids {
         let answer = answers.join(format!("{id}.truth.json"));
         if !answer.is_file() {
             return Err(missing(&answer, "every record needs its answer"));
         }
+        // a slip that only the opening finds can no longer be mended
+        truth_of(folder, id)?;
     }
     let list = answers.join("trial.json");
     if !list.is_file() {
         return Err(missing(&list, NO_LIST));
+    }
+    let blocks = json(&list)?;
+    if let Some(id) = ids.iter().find(|id| !blocks["blocks"][id.as_str()].is_string()) {
+        return Err(malformed(&list, format!("no block of record {id}; {NO_LIST}")));
     }
     sealed(folder, made_s, None, "by hand".to_owned())
 }

@@ -265,9 +265,9 @@ pub fn page(program: &str, hash: &str, answers: &[Answer]) -> String {
     page.finish()
 }
 
-/// The folder of the recordings: `GUIDEBLOCK_DATA`, else `../shared/data` beside the checkout.
-pub fn data_folder(checkout: &Path) -> PathBuf {
-    std::env::var_os("GUIDEBLOCK_DATA").map_or_else(|| checkout.join("../shared/data"), PathBuf::from)
+/// The folder of the recordings that `GUIDEBLOCK_DATA` names.
+pub fn data_folder() -> Option<PathBuf> {
+    std::env::var_os("GUIDEBLOCK_DATA").map(PathBuf::from)
 }
 
 #[cfg(test)]

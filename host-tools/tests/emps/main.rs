@@ -192,9 +192,21 @@ fn the_asymmetry_of_the_screw_comes_first() {
 fn the_pulses_have_no_say() {
     let Some(found) = found() else { return };
     let [simulation, exported] = ["sim.toml", "swapped.toml"].map(|n| folder().join(n).display().to_string());
-    // in its place the train file itself: were the search to look at it, another simulation would come out
+    // in its place the train file with a force 1 % larger (itself would be refused): were the search to look at it,
+    // another simulation would come out
+    let other = folder().join("larger.csv").display().to_string();
+    let train = fs::read_to_string(&found.train).unwrap();
+    let header = train.lines().next().unwrap();
+    let at = header.split(',').position(|name| name == "drag_force_n").expect("a column of force");
+    let larger = train.lines().skip(1).map(|line| {
+        let cell = |(n, cell): (usize, &str)| {
+            if n == at { (1.01 * cell.parse::<f64>().unwrap()).to_string() } else { cell.to_owned() }
+        };
+        line.split(',').enumerate().map(cell).collect::<Vec<_>>().join(",")
+    });
+    fs::write(&other, [header.to_owned()].into_iter().chain(larger).collect::<Vec<_>>().join("\n")).unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_guideblock"))
-        .args(["diagnose", &found.train, "--holdout", &found.train, "--simulation", &simulation, "--export", &exported])
+        .args(["diagnose", &found.train, "--holdout", &other, "--simulation", &simulation, "--export", &exported])
         .output()
         .unwrap();
     assert_eq!(output.status.code(), Some(1));

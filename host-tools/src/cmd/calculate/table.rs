@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::io::{self, Read, Write};
 use std::rc::Rc;
 
-use host_tools::calculator::{Motion, Oil};
+use host_tools::calculator::{self, Motion, Oil};
 use simulation::guide::GuideSet;
 
 use super::{Direction, Shared};
@@ -94,9 +94,9 @@ pub(super) fn many(
         rows += 1;
         let answer = row(direction, given, shared, set, &columns, &record);
         let (value, reason) = match answer {
-            Ok(value) => {
+            Ok((value, outside)) => {
                 usable += 1;
-                (value.to_string(), String::new())
+                (value.to_string(), outside)
             }
             Err(why) => {
                 let line = record.position().map_or(0, csv::Position::line);
@@ -130,7 +130,7 @@ fn row(
     set: &GuideSet,
     columns: &Columns,
     record: &csv::StringRecord,
-) -> Result<f64, Unusable> {
+) -> Result<(f64, String), Unusable> {
     let cell = |place: Option<usize>, name: &str, fallback: Option<f64>| -> Result<Option<f64>, Unusable> {
         let Some(n) = place else { return Ok(fallback) };
         let text = record.get(n).unwrap_or_default().trim();
@@ -177,7 +177,7 @@ fn row(
         };
         Unusable { reason: format!("{} out of range", why.input), column: place.map_or(0, |n| n + 1), what: why.what }
     })?;
-    Ok(direction.result(&answer))
+    Ok((direction.result(&answer), calculator::outside_measured(&answer).join("; ")))
 }
 
 fn written(why: csv::Error) -> Failure {

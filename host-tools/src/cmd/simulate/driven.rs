@@ -35,7 +35,7 @@ pub(super) fn run(arguments: &Arguments, name: Name, simulation: &Simulation, ou
         run.velocity_m_s = None;
     }
     drop(bar);
-    write(out, &run)?;
+    let written = write(out, &run);
     let rows = run.len();
     let duration_s = run.time_s.last().copied().unwrap_or(0.0);
     let fastest = motion.velocity_m_s.iter().fold(0.0f64, |a, v| a.max(v.abs()));
@@ -86,7 +86,7 @@ pub(super) fn run(arguments: &Arguments, name: Name, simulation: &Simulation, ou
         let title = format!("Profile {}", told(name));
         page = simulate::page(&title, &lines[0], &run.time_s, &motion, &forces, &facts);
     }
-    Ok(Told { lines, object, page })
+    Ok(Told { written, lines, object, page })
 }
 
 /// Writes all columns that the run has.

@@ -48,7 +48,7 @@ pub(super) fn run(
     } else {
         &force_n
     };
-    put(out, &[Column::numbers("time_s", all), Column::numbers("simulated_force_n", cells)])?;
+    let written = put(out, &[Column::numbers("time_s", all), Column::numbers("simulated_force_n", cells)]);
     let values = force_n.iter().filter(|f| f.is_finite()).count();
     let difference: Vec<f64> = run.drag_force_n.iter().zip(&force_n).map(|(f, s)| f - s).collect();
     let mut lines: Vec<String> =
@@ -92,7 +92,7 @@ pub(super) fn run(
             &facts,
         );
     }
-    Ok(Told { lines, object, page })
+    Ok(Told { written, lines, object, page })
 }
 
 /// A recording and, where rows of it could not be used, the times of all.
