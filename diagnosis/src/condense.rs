@@ -9,7 +9,6 @@ use std::ops::Range;
 use simulation::run::{Part, Run};
 
 use crate::sanity::quantum;
-use crate::statistics::mean;
 
 /// Rows of all runs together from which they are averaged.
 const MOST_ROWS: usize = 120_000;
@@ -37,7 +36,7 @@ pub(crate) fn condensed(run: &Run, factor: usize) -> Run {
             parts.push(Part { rows: first..chunks.len(), ..part.clone() });
         }
     }
-    let one: fn(&[f64]) -> f64 = if stays_on_steps(&run.drag_force_n) { middle_row } else { mean };
+    let one: fn(&[f64]) -> f64 = if stays_on_steps(&run.drag_force_n) { middle_row } else { mean_of_told };
     let averaged = |column: &Vec<f64>| -> Vec<f64> { chunks.iter().map(|rows| one(&column[rows.clone()])).collect() };
     let optional = |column: &Option<Vec<f64>>| column.as_ref().map(averaged);
     Run {
@@ -65,6 +64,17 @@ fn stays_on_steps(force_n: &[f64]) -> bool {
 
 fn middle_row(values: &[f64]) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// Mean of the values that there are, counted from the first: no digits are lost to a large offset.
+fn mean_of_told(values: &[f64]) -> f64 {
+    let Some(first) = values.iter().find(|x| x.is_finite()) else { return f64::NAN };
+    let (mut sum, mut count) = (0.0, 0usize);
+    for x in values.iter().filter(|x| x.is_finite()) {
+        sum += x - first;
+        count += 1;
+    }
+    first + sum / count as f64
 }
 
 #[cfg(test)]

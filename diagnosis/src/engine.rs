@@ -18,6 +18,7 @@ use crate::play::Play;
 use crate::proof::Split;
 use crate::report::{DataQuality, Diagnosis, Holdout, SCHEMA, Unexplained, Verdict};
 use crate::resolution::coarsest;
+use crate::rest::power;
 use crate::ringing;
 use crate::rows::Rows;
 use crate::sanity;
@@ -210,6 +211,10 @@ fn attempt(
     Ok(Outcome { diagnosis, augmented: Some(augmented) })
 }
 
+/// Share of the squared mismatch beyond its tolerance that a law with numbers off may leave: what follows less than half of
+/// it does not follow it.
+const MOST_LEFT: f64 = 0.25;
+
 /// Searches around the law with its numbers where calibration left them.
 fn searched<'s>(case: &Case<'s>, rows: &Rows, law_only: &[f64]) -> Result<Found<'s>, String> {
     let start = unbound(case.nominal, case.side, rows, case.training, law_only)?;
@@ -217,20 +222,25 @@ fn searched<'s>(case: &Case<'s>, rows: &Rows, law_only: &[f64]) -> Result<Found<
     if start == law_only {
         return passes::run(case, rows.clone(), law_only, &mut kept);
     }
-    // a law that is off is accepted as such only if nothing else is needed; else it has imitated what is missing
     let found = passes::run(case, rows.clone(), &start, &mut kept)?;
-    if found.has_no_cause()
-        && let Some(alone) = law_alone(case, rows, &start, law_only, false, &mut kept)?
-    {
-        return Ok(alone);
+    // a law that is off is accepted as such only if nothing else is needed; else it has imitated what is missing
+    let left_n2 = |values: &[f64]| Ok::<f64, String>(power(rows, &case.side.residual(case.nominal, values)?));
+    let within_n2 = left_n2(law_only)?;
+    let is_it = |found: &Found<'_>| {
+        let noise_n2 = found.noise_n * found.noise_n;
+        Ok::<bool, String>(left_n2(&found.with_shifts)? - noise_n2 < MOST_LEFT * (within_n2 - noise_n2))
+    };
+    if found.is_shift_only() && is_it(&found)? {
+        return Ok(found);
     }
     let within = passes::run(case, rows.clone(), law_only, &mut kept)?;
-    if within.has_no_cause()
-        && let Some(alone) = law_alone(case, rows, &start, law_only, true, &mut kept)?
-    {
-        return Ok(alone);
+    if !within.members.is_empty() && !within.is_shift_only() {
+        return Ok(within);
     }
-    Ok(within)
+    match law_alone(case, rows, &start, law_only, &mut kept)? {
+        Some(alone) if is_it(&alone)? => Ok(alone),
+        _ => Ok(within),
+    }
 }
 
 /// Averages of this many rows each; `None` where rows stay as they are.

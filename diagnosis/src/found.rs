@@ -42,9 +42,9 @@ pub(crate) struct Found<'s> {
 }
 
 impl Found<'_> {
-    /// Whether nothing acts beside the law, of which numbers may be off.
-    pub(crate) fn has_no_cause(&self) -> bool {
-        self.members.iter().all(|m| matches!(m.candidate.source, Source::Shift { .. }))
+    /// Whether the law's own numbers are off, and nothing else.
+    pub(crate) fn is_shift_only(&self) -> bool {
+        !self.members.is_empty() && self.members.iter().all(|m| matches!(m.candidate.source, Source::Shift { .. }))
     }
 
     /// Amplitudes of every member.
@@ -150,13 +150,17 @@ fn landed(
 ) -> Result<Vec<f64>, String> {
     let price = 0.5 * bench.ln_rows() + (pool.kinds as f64).ln();
     'landing: loop {
-        let there = case.valley(&bench.rows, members).bottom(values)?;
+        let is_off = |member: &Member| matches!(member.candidate.source, Source::Shift { .. });
+        let given = case.nominal.start();
+        let starts: &[&[f64]] = if members.iter().any(is_off) { &[&given] } else { &[] };
+        let there = case.valley(&bench.rows, members).lowest(values, starts)?;
         for at in 0..members.len() {
-            if !matches!(members[at].candidate.source, Source::Shift { .. }) {
+            if !is_off(&members[at]) {
                 continue;
             }
             let others = without(members, at);
-            if 0.5 * (case.valley(&bench.rows, &others).bottom(&there.values)?.left - there.left) < price {
+            let left = case.valley(&bench.rows, &others).lowest(&there.values, &[&given])?.left;
+            if 0.5 * (left - there.left) < price {
                 *members = others;
                 doubts.remove(at);
                 sets.remove(at);
@@ -208,12 +212,15 @@ pub(crate) fn again(bench: &mut Bench<'_>, members: Vec<Member>) -> Vec<Member> 
 fn p_of_surest(bench: &Bench<'_>, pool: &Pool, members: &[Member]) -> f64 {
     let of = |at: usize| {
         let Beside { others, own, gain, .. } = bench.beside(members, at);
+        if let Source::Shift { .. } = own.source {
+            // twice the gain is the square of a standard normal number
+            return (libm::erfc(gain.nats.sqrt()) * pool.kinds as f64).min(1.0);
+        }
         let p = search::p_of(&bench.locks(&own, &gain, &others), pool.kinds, 1);
         let spoken = bench.edges.filter(|edges| edges.speak_for(&own.source));
         spoken.map_or(p, |edges| least_of([p, edges.p()]))
     };
-    let named = |at: &usize| !matches!(members[*at].candidate.source, Source::Shift { .. });
-    (0..members.len()).filter(named).map(of).fold(1.0, f64::min)
+    (0..members.len()).map(of).fold(1.0, f64::min)
 }
 
 /// The rivals of every member; the simplest of a set leads. What may be the steps of a channel whose steps are seen is

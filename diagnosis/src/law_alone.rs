@@ -17,21 +17,17 @@ use crate::passes::{Kept, prepared};
 use crate::pool::Tolerances;
 use crate::rest::noise_rms;
 use crate::rows::Rows;
-use crate::search::FURTHER;
 use crate::settle::Bottom;
 use crate::source::Source;
 use crate::statistics::rms;
 
 /// What is found where the law alone, from `start` on, comes nearer to the force than at `tolerated`, where its tolerance
-/// ends; `None` where it does not, or where its numbers would have to be others here than there. Where it must be `the_law`,
-/// because nothing else is known that it could be, as many numbers are off as it takes, one at least; else there must be one
-/// that alone makes the others' part superfluous.
+/// ends; `None` where it does not, or where its numbers would have to be others here than there.
 pub(crate) fn law_alone<'s>(
     case: &Case<'s>,
     rows: &Rows,
     start: &[f64],
     tolerated: &[f64],
-    the_law: bool,
     kept: &mut Kept,
 ) -> Result<Option<Found<'s>>, String> {
     let Case { nominal, side, saturation, .. } = *case;
@@ -47,7 +43,7 @@ pub(crate) fn law_alone<'s>(
     if beyond < price || left_n(&here.values)? >= left_n(tolerated)? {
         return Ok(None);
     }
-    for _ in can_shift.iter().take(if the_law { can_shift.len() } else { 1 }) {
+    for _ in &can_shift {
         let mut best: Option<(Bottom, Vec<Member>)> = None;
         for parameter in &can_shift {
             let source = Source::Shift { parameter: *parameter };
@@ -57,12 +53,12 @@ pub(crate) fn law_alone<'s>(
             let Some(candidate) = bench.candidate(source) else { continue };
             let mut with = free.clone();
             with.push(bench.take(candidate));
-            let there = case.valley(rows, &with).bottom(&here.values)?;
+            let there = case.valley(rows, &with).lowest(&here.values, &[&nominal.start()])?;
             if best.as_ref().is_none_or(|(least, _)| there.left < least.left) {
                 best = Some((there, with));
             }
         }
-        let is_needed = |there: &Bottom| (the_law && free.is_empty()) || 0.5 * (here.left - there.left) > price;
+        let is_needed = |there: &Bottom| free.is_empty() || 0.5 * (here.left - there.left) > price;
         let Some((there, with)) = best.filter(|(there, _)| is_needed(there)) else { break };
         (here, free) = (there, with);
     }
@@ -72,11 +68,6 @@ pub(crate) fn law_alone<'s>(
     let (mismatch, tangent) = (side.residual(nominal, &here.values)?, side.tangent(nominal, &here.values)?);
     let left = saturation.rest(rows, &side.contexts, &mismatch, &tangent, &[]);
     let noise_n = noise_rms(rows, &left);
-    // what follows the mismatch a part of the way is not what acts
-    let more_n2 = |values: &[f64]| Ok::<f64, String>(left_n(values)?.powi(2) - noise_n * noise_n);
-    if !the_law && more_n2(&here.values)? > FURTHER * more_n2(tolerated)? {
-        return Ok(None);
-    }
     let values = here.values.clone();
     let mut bench = case.around(rows, &values)?;
     let mut members = Vec::with_capacity(free.len());

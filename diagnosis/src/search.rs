@@ -25,7 +25,7 @@ const ALPHA: f64 = 0.01;
 
 /// Share of all evidence below which a further cause is none: a form is an idealisation, and what it leaves of its own
 /// cause's force, up to a seventh of it, is a fiftieth in square.
-pub(crate) const FURTHER: f64 = 0.02;
+const FURTHER: f64 = 0.02;
 
 /// The same for a cause whose size is the same throughout, which what a form leaves of another one is not.
 const FURTHER_IF_EVEN: f64 = 0.005;

@@ -11,7 +11,7 @@ use crate::side::Side;
 use crate::source::Source;
 
 /// Most steps, and most lengths that one is tried in.
-const MOST_STEPS: usize = 5;
+const MOST_STEPS: usize = 8;
 const MOST_TRIES: usize = 6;
 
 /// Way of every number, relative, that ends it.
@@ -61,6 +61,19 @@ impl Valley<'_> {
             }
         }
         Ok(Bottom { values, left: here.left })
+    }
+
+    /// The lowest of the places that several choices of the numbers lead to: along a valley steps are short, and from
+    /// elsewhere there may be a shorter way.
+    pub(crate) fn lowest(&self, first: &[f64], others: &[&[f64]]) -> Result<Bottom, String> {
+        let mut lowest = self.bottom(first)?;
+        for start in others {
+            let there = self.bottom(start)?;
+            if there.left < lowest.left {
+                lowest = there;
+            }
+        }
+        Ok(lowest)
     }
 
     /// What is left at some numbers, as in [`Bottom`].
