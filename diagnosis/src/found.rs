@@ -86,14 +86,17 @@ impl<'s> Causes<'s> {
         let considered = considered::of(&bench, pool, &tolerances, &members, &equivalents);
         let mut fit = bench.fit_members(&members);
         let mut calibrated = moved(nominal, &values, &fit.values[..values.len()]);
+        let mut p_of_landing = None;
         if !nominal.is_incomplete() {
             let with_shifts = shifted(nominal, &calibrated, &members, &amplitudes(&members, &fit));
             if way(&values, &with_shifts) > FAR {
                 // where two numbers make up for one another, a straight line is soon far from the law
-                let there = match self.has_landed {
-                    true => values.clone(),
-                    false => landed(case, &bench, pool, &values, &mut members, &mut doubts, &mut sets)?,
-                };
+                let mut there = values.clone();
+                if !self.has_landed {
+                    let least;
+                    (there, least) = landed(case, &bench, pool, &values, &mut members, &mut doubts, &mut sets)?;
+                    p_of_landing = least.map(|nats| p_of_shift(nats, pool));
+                }
                 bench = case.around(&bench.rows, &there)?;
                 members = again(&mut bench, members);
                 fit = bench.fit_members(&members);
@@ -120,7 +123,8 @@ impl<'s> Causes<'s> {
             }
         }
         let with_shifts = shifted(nominal, &calibrated, &members, &amplitudes(&members, &fit));
-        let p_no_mismatch = least_of([self.p_no_mismatch, p_of_surest(&bench, pool, &members)]);
+        let tested = [Some(self.p_no_mismatch), Some(p_of_surest(&bench, pool, &members)), p_of_landing];
+        let p_no_mismatch = least_of(tested.into_iter().flatten());
         Ok(Found {
             bench,
             members,
@@ -138,7 +142,13 @@ impl<'s> Causes<'s> {
     }
 }
 
-/// Where the law comes to rest beside the members. A shift that there explains no more than it costs is none.
+/// p-value of a shift that explains so much, of all causes: twice the gain is the square of a standard normal number.
+fn p_of_shift(nats: f64, pool: &Pool) -> f64 {
+    (libm::erfc(nats.max(0.0).sqrt()) * pool.kinds as f64).min(1.0)
+}
+
+/// Where the law comes to rest beside the members, and what the least of the shifts among them explains there, nats. One
+/// that explains no more than it costs is none.
 fn landed(
     case: &Case<'_>,
     bench: &Bench<'_>,
@@ -147,27 +157,30 @@ fn landed(
     members: &mut Vec<Member>,
     doubts: &mut Vec<Option<Doubt>>,
     sets: &mut Vec<Set>,
-) -> Result<Vec<f64>, String> {
+) -> Result<(Vec<f64>, Option<f64>), String> {
     let price = 0.5 * bench.ln_rows() + (pool.kinds as f64).ln();
     'landing: loop {
         let is_off = |member: &Member| matches!(member.candidate.source, Source::Shift { .. });
         let given = case.nominal.start();
         let starts: &[&[f64]] = if members.iter().any(is_off) { &[&given] } else { &[] };
         let there = case.valley(&bench.rows, members).lowest(values, starts)?;
+        let mut least: Option<f64> = None;
         for at in 0..members.len() {
             if !is_off(&members[at]) {
                 continue;
             }
             let others = without(members, at);
             let left = case.valley(&bench.rows, &others).lowest(&there.values, &[&given])?.left;
-            if 0.5 * (left - there.left) < price {
+            let nats = 0.5 * (left - there.left);
+            least = Some(least.map_or(nats, |least| least.min(nats)));
+            if nats < price {
                 *members = others;
                 doubts.remove(at);
                 sets.remove(at);
                 continue 'landing;
             }
         }
-        return Ok(there.values);
+        return Ok((there.values, least));
     }
 }
 
@@ -213,8 +226,7 @@ fn p_of_surest(bench: &Bench<'_>, pool: &Pool, members: &[Member]) -> f64 {
     let of = |at: usize| {
         let Beside { others, own, gain, .. } = bench.beside(members, at);
         if let Source::Shift { .. } = own.source {
-            // twice the gain is the square of a standard normal number
-            return (libm::erfc(gain.nats.sqrt()) * pool.kinds as f64).min(1.0);
+            return p_of_shift(gain.nats, pool);
         }
         let p = search::p_of(&bench.locks(&own, &gain, &others), pool.kinds, 1);
         let spoken = bench.edges.filter(|edges| edges.speak_for(&own.source));

@@ -294,6 +294,7 @@ fn a_law_that_is_far_off_is_never_a_match_however_its_cells_are_rounded() {
                 ids(&found)
             );
             let held = &found.holdout;
+            assert!(found.p_no_mismatch < 1e-3, "{factor}, {step_n} N: {}", found.p_no_mismatch);
             assert!(held.rmse_after_n < 1.1 * found.noise_floor_n, "{factor}, {step_n} N: {held:?}");
             let numbers = found.mechanisms.iter().flat_map(|m| &m.parameters);
             assert!(numbers.flat_map(|number| number.ci95).all(f64::is_finite), "{factor}, {step_n} N");

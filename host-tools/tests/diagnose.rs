@@ -110,7 +110,7 @@ fn the_page_of_formats_is_true() {
         assert!(page.contains(&format!("`{column}`")), "{column} is not on the page");
     }
     // the reader lists what it knows where it knows not
-    for section in ["guide", "lubricant", "operation", "axis", "tolerance"] {
+    for section in ["guide", "lubricant", "operation", "axis", "tolerance", "simulated_force"] {
         let file = format!("schema = \"guideblock.simulation/1\"\n[{section}]\nno_such_key = 1\n");
         let said = simulation::Simulation::from_toml(&file).expect_err("no such key").to_string();
         let known = said.split("there are: ").nth(1).expect("the known keys");
