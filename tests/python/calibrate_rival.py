@@ -3,6 +3,7 @@
     python tests/python/calibrate_rival.py target/desk/guideblock
 """
 
+import csv
 import json
 import subprocess
 import sys
@@ -40,7 +41,7 @@ def forces(program, folder, constants, hersey):
     guide.write_text("\n".join(lines + ["[lubricant]", "viscosity_cst = 100.0", ""]))
     table = "preload_n,speed_m_s\n" + "".join(f"{f!r},{v!r}\n" for f in LOADS.tolist() for v in SPEEDS.tolist())
     done = subprocess.run([program, "drag", "--csv", "--guide", guide], input=table, capture_output=True, text=True, check=True)
-    rows = [line.split(",") for line in done.stdout.split()]
+    rows = list(csv.reader(done.stdout.splitlines()))
     place = rows[0].index("calculated_force_n")
     return guide, np.array([float(row[place]) for row in rows[1:]]).reshape(len(LOADS), len(SPEEDS))
 
