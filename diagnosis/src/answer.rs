@@ -8,7 +8,9 @@ use crate::bench::Member;
 use crate::equivalents;
 use crate::experiment;
 use crate::export;
-use crate::finding::{comes_and_goes, contamination, finding, quantisation, resonance, saturation, speed_noise};
+use crate::finding::{
+    comes_and_goes, contamination, far_off, finding, quantisation, resonance, saturation, speed_noise,
+};
 use crate::found::Found;
 use crate::locks::least_of;
 use crate::nominal::Nominal;
@@ -22,6 +24,9 @@ use crate::source::added;
 
 /// Error on rows that were set aside, of that of the simulation as it was given, from which on a warning is due.
 const WORSE: f64 = 1.1;
+
+/// What is left, of the noise, from which a simulation that nothing was found beside does not match.
+const FAR_OFF: f64 = 3.0;
 
 /// Share of the mismatch, in square, that is left and not said to be noise-like.
 const MORE_THAN_NOISE: f64 = 0.1;
@@ -66,6 +71,9 @@ pub(crate) fn write(
     } else if let Some(share) = balance.unsteady {
         findings.push((comes_and_goes(share), None));
     }
+    let least_n = found.irrelevant_n.max(FAR_OFF * balance.noise_n);
+    let is_far_off = found.members.is_empty() && balance.unexplained_n > least_n;
+    findings.extend(is_far_off.then(|| (far_off(balance.unexplained), None)));
     let rounding = found.coarse_step_n.zip(balance.rounding);
     let clipped = side.limit_n.zip(balance.clipped);
     findings.extend(rounding.map(|(step, share)| (quantisation(step, share), None)));
@@ -135,7 +143,8 @@ pub(crate) fn write(
             0.0
         } else {
             let beside = [spots.map(|spots| spots.p), heard.map(|(heard, _)| heard.p), play.map(|(play, _)| play.p)];
-            least_of([found.p_no_mismatch, balance.p_steady].into_iter().chain(beside.into_iter().flatten()))
+            let p_far_off = if is_far_off { 0.0 } else { 1.0 };
+            least_of([p_far_off, found.p_no_mismatch, balance.p_steady].into_iter().chain(beside.into_iter().flatten()))
         },
         noise_floor_n: balance.noise_n,
         holdout: proof.holdout,

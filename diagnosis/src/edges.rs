@@ -91,8 +91,8 @@ struct Edge {
 }
 
 impl Edges {
-    /// `None` where the runs do not rest often enough, or their force does not step there. Rests among rows that are `held`
-    /// back (one entry a row of all runs) are not looked at.
+    /// `None` where the runs do not rest often enough, or their force does not step there. Rows that are `held`
+    /// back (one entry a row of all runs) have no say.
     pub(crate) fn of(runs: &[Run], held: &[bool]) -> Option<Self> {
         let (mut starts, mut stops) = (Vec::new(), Vec::new());
         let mut seen = [0usize; 2];
@@ -105,8 +105,11 @@ impl Edges {
             if !(step_s > 0.0) {
                 continue;
             }
+            let is_held = held.iter().chain(std::iter::repeat(&false));
+            let force: Vec<f64> =
+                run.drag_force_n.iter().zip(is_held).map(|(f, held)| if *held { f64::NAN } else { *f }).collect();
             for part in &run.parts {
-                let (x, f) = (&position[part.rows.clone()], &run.drag_force_n[part.rows.clone()]);
+                let (x, f) = (&position[part.rows.clone()], &force[part.rows.clone()]);
                 let rests = rests(x);
                 if rests.is_empty() {
                     continue;
@@ -114,11 +117,6 @@ impl Edges {
                 let reversed = |values: &[f64]| values.iter().rev().copied().collect::<Vec<f64>>();
                 let (x_back, f_back) = (reversed(x), reversed(f));
                 for rest in rests {
-                    let around =
-                        part.rows.start + rest.start..(part.rows.start + rest.end + window(step_s)).min(held.len());
-                    if held[around].iter().any(|held| *held) {
-                        continue;
-                    }
                     if let Some(edge) = start(x, f, rest.clone(), step_s) {
                         seen[0] += 1;
                         starts.extend(edge);

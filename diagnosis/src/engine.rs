@@ -6,7 +6,7 @@ use simulation::run::Run;
 use crate::answer;
 use crate::balance::Aside;
 use crate::calibration::{Calibrated, calibrate, unbound};
-use crate::case::{Case, Hints};
+use crate::case::{Case, Given};
 use crate::condense::{condensed, factor};
 use crate::edges::Edges;
 use crate::events;
@@ -157,17 +157,9 @@ fn attempt(
     let Calibrated { values: mut law_only, mut side, mut saturation, .. } = calibrated;
     let pointed = (!is_noisy).then_some(ringing.pointed.as_slice());
     let step_n = runs.iter().filter_map(|run| sanity::quantum(&run.drag_force_n)).max_by(f64::total_cmp);
-    let hints = Hints { ringing: pointed, edges, step_n };
     let nominal = &nominal;
-    let case = Case {
-        simulation,
-        nominal,
-        side: &side,
-        training: &training,
-        saturation: &saturation,
-        seen_from_m: 0.0,
-        hints,
-    };
+    let given = Given { simulation, nominal, ringing: pointed, edges, step_n };
+    let case = Case { given, side: &side, training: &training, saturation: &saturation, seen_from_m: 0.0 };
     let mut found = searched(&case, &rows, &law_only)?;
     let play = Play::of(nominal, &side, &training, &found);
     let seen_from_m = play.as_ref().map_or(0.0, Play::edge_m);
@@ -176,8 +168,7 @@ fn attempt(
         rows = Rows::new(runs, &training, coarsest);
         Calibrated { values: law_only, side, saturation, .. } =
             calibrate(simulation, nominal, side, &mut rows, &training)?;
-        let case =
-            Case { simulation, nominal, side: &side, training: &training, saturation: &saturation, seen_from_m, hints };
+        let case = Case { given, side: &side, training: &training, saturation: &saturation, seen_from_m };
         found = searched(&case, &rows, &law_only)?;
     }
     if spots.is_none() && !found.members.is_empty() {
@@ -191,15 +182,7 @@ fn attempt(
                 spots.set_aside(&mut training);
                 rows = Rows::new(runs, &training, coarsest);
                 rows.learn(&left);
-                let case = Case {
-                    simulation,
-                    nominal,
-                    side: &side,
-                    training: &training,
-                    saturation: &saturation,
-                    seen_from_m,
-                    hints,
-                };
+                let case = Case { given, side: &side, training: &training, saturation: &saturation, seen_from_m };
                 found = searched(&case, &rows, &law_only)?;
             }
         }
@@ -217,14 +200,14 @@ const MOST_LEFT: f64 = 0.25;
 
 /// Searches around the law with its numbers where calibration left them.
 fn searched<'s>(case: &Case<'s>, rows: &Rows, law_only: &[f64]) -> Result<Found<'s>, String> {
-    let start = unbound(case.nominal, case.side, rows, case.training, law_only)?;
+    let start = unbound(case.given.nominal, case.side, rows, case.training, law_only)?;
     let mut kept = None;
     if start == law_only {
         return passes::run(case, rows.clone(), law_only, &mut kept);
     }
     let found = passes::run(case, rows.clone(), &start, &mut kept)?;
     // a law that is off is accepted as such only if nothing else is needed; else it has imitated what is missing
-    let left_n2 = |values: &[f64]| Ok::<f64, String>(power(rows, &case.side.residual(case.nominal, values)?));
+    let left_n2 = |values: &[f64]| Ok::<f64, String>(power(rows, &case.side.residual(case.given.nominal, values)?));
     let within_n2 = left_n2(law_only)?;
     let is_it = |found: &Found<'_>| {
         let noise_n2 = found.noise_n * found.noise_n;

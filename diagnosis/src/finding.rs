@@ -14,6 +14,19 @@ use crate::source::Source;
 
 /// An unknown that no curve follows.
 pub(crate) fn comes_and_goes(share: f64) -> Finding {
+    let statement = "Something comes and goes that follows neither place, speed, load, temperature nor time: the noise is \
+                     not the same throughout a part.";
+    nameless(statement, share)
+}
+
+/// A simulation that is far from the force, with nothing beside it that brings it nearer.
+pub(crate) fn far_off(share: f64) -> Finding {
+    let statement = "The simulation is far from the force, and neither its own numbers nor any cause or curve brings it \
+                     nearer: is it this machine's, and are its units those of the recording?";
+    nameless(statement, share)
+}
+
+fn nameless(statement: &str, share: f64) -> Finding {
     Finding {
         id: "unknown".to_owned(),
         kind: "unknown",
@@ -22,10 +35,7 @@ pub(crate) fn comes_and_goes(share: f64) -> Finding {
         carried_over: None,
         parameters: Vec::new(),
         share_of_mismatch: share,
-        statement:
-            "Something comes and goes that follows neither place, speed, load, temperature nor time: the noise is not \
-                    the same throughout a part."
-                .to_owned(),
+        statement: statement.to_owned(),
     }
 }
 

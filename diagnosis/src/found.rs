@@ -3,9 +3,9 @@
 use simulation::mechanism::Id;
 
 use crate::adequacy::Doubt;
-use crate::bench::{Bench, Beside, Fit, Member, without};
-use crate::calibration::{moved, shifted, way};
-use crate::case::Case;
+use crate::bench::{Bench, Beside, Fit, Member, causes, without};
+use crate::calibration::{is_tolerated, moved, shifted, way};
+use crate::case::{Case, Given};
 use crate::considered;
 use crate::equivalents::{self, Set};
 use crate::finding::id_of;
@@ -35,6 +35,8 @@ pub(crate) struct Found<'s> {
     pub(crate) with_shifts: Vec<f64>,
     pub(crate) p_no_mismatch: f64,
     pub(crate) noise_n: f64,
+    /// RMS force below which a mismatch is of no matter, N.
+    pub(crate) irrelevant_n: f64,
     /// What neither the members nor any curve follows, row by row of all runs.
     pub(crate) left: Vec<f64>,
     /// Step in which the force channel counts, N, where that is a good part of the noise.
@@ -69,6 +71,7 @@ pub(crate) struct Causes<'s> {
     pub(crate) has_landed: bool,
     pub(crate) p_no_mismatch: f64,
     pub(crate) noise_n: f64,
+    pub(crate) irrelevant_n: f64,
     pub(crate) left: Vec<f64>,
     pub(crate) coarse_step_n: Option<f64>,
 }
@@ -77,7 +80,7 @@ impl<'s> Causes<'s> {
     /// What is found with them. The law does not come to rest farther from the force than it is at `start`.
     pub(crate) fn found(self, case: &Case<'s>, pool: &mut Pool, start: &[f64]) -> Result<Found<'s>, String> {
         let Causes { mut bench, mut members, mut doubts, values, .. } = self;
-        let nominal = case.nominal;
+        let nominal = case.given.nominal;
         let tolerances = Tolerances { nominal, moved: &values };
         let is_coarse = self.coarse_step_n.is_some();
         let mut sets = tell_apart(&mut bench, pool, &tolerances, &mut members, &doubts, is_coarse);
@@ -100,15 +103,15 @@ impl<'s> Causes<'s> {
                 bench = case.around(&bench.rows, &there)?;
                 members = again(&mut bench, members);
                 fit = bench.fit_members(&members);
-                let straight = moved(nominal, &there, &fit.values[..there.len()]);
-                calibrated = straight;
+                calibrated = moved(nominal, &there, &fit.values[..there.len()]);
                 if way(&there, &shifted(nominal, &calibrated, &members, &amplitudes(&members, &fit))) > FAR {
                     fit = fit.standing(&bench.fit_beside_law(&members));
                     calibrated = there;
                 }
             }
-            let is_worse = is_worse(case, &bench, &members, &fit, (&calibrated, start))?;
-            if is_worse {
+            // beyond its tolerance the law is off, and that would have a name
+            let is_astray = members.is_empty() && !is_tolerated(nominal, &calibrated);
+            if is_astray || is_worse(case, &bench, &members, &fit, (&calibrated, start))? {
                 // causes and law lead one another astray: the law stays where it was
                 bench = case.around(&bench.rows, start)?;
                 members = again(&mut bench, members);
@@ -136,6 +139,7 @@ impl<'s> Causes<'s> {
             with_shifts,
             p_no_mismatch,
             noise_n: self.noise_n,
+            irrelevant_n: self.irrelevant_n,
             left: self.left,
             coarse_step_n: self.coarse_step_n,
         })
@@ -159,28 +163,28 @@ fn landed(
     sets: &mut Vec<Set>,
 ) -> Result<(Vec<f64>, Option<f64>), String> {
     let price = 0.5 * bench.ln_rows() + (pool.kinds as f64).ln();
-    'landing: loop {
-        let is_off = |member: &Member| matches!(member.candidate.source, Source::Shift { .. });
-        let given = case.nominal.start();
-        let starts: &[&[f64]] = if members.iter().any(is_off) { &[&given] } else { &[] };
-        let there = case.valley(&bench.rows, members).lowest(values, starts)?;
-        let mut least: Option<f64> = None;
-        for at in 0..members.len() {
-            if !is_off(&members[at]) {
-                continue;
-            }
+    let given = case.given.nominal.start();
+    loop {
+        let is_off = |at: &usize| matches!(members[*at].candidate.source, Source::Shift { .. });
+        let shifts: Vec<usize> = (0..members.len()).filter(is_off).collect();
+        let starts: &[&[f64]] = if shifts.is_empty() { &[] } else { &[&given] };
+        let there = case.valley(&bench.rows, causes(members)).lowest(values, starts)?;
+        let mut least: Option<(usize, f64)> = None;
+        for at in shifts {
             let others = without(members, at);
-            let left = case.valley(&bench.rows, &others).lowest(&there.values, &[&given])?.left;
+            let left = case.valley(&bench.rows, causes(&others)).lowest(&there.values, &[&given])?.left;
             let nats = 0.5 * (left - there.left);
-            least = Some(least.map_or(nats, |least| least.min(nats)));
-            if nats < price {
-                *members = others;
-                doubts.remove(at);
-                sets.remove(at);
-                continue 'landing;
+            if least.is_none_or(|(_, least)| nats < least) {
+                least = Some((at, nats));
             }
         }
-        return Ok((there.values, least));
+        let Some((needless, _)) = least.filter(|(_, nats)| *nats < price) else {
+            return Ok((there.values, least.map(|(_, nats)| nats)));
+        };
+        let is_kept: Vec<bool> = (0..members.len()).map(|at| at != needless).collect();
+        keep(members, &is_kept);
+        keep(doubts, &is_kept);
+        keep(sets, &is_kept);
     }
 }
 
@@ -192,7 +196,7 @@ fn is_worse(
     fit: &Fit,
     (led, start): (&[f64], &[f64]),
 ) -> Result<bool, String> {
-    let Case { nominal, side, .. } = *case;
+    let Case { given: Given { nominal, .. }, side, .. } = *case;
     let amplitudes = amplitudes(members, fit);
     let mut left = side.residual(nominal, &shifted(nominal, led, members, &amplitudes))?;
     let causes = members.iter().zip(&amplitudes).filter(|(m, _)| !matches!(m.candidate.source, Source::Shift { .. }));

@@ -9,11 +9,11 @@
 //! another.
 
 use crate::adequacy::doubts;
-use crate::bench::{Member, without};
-use crate::case::Case;
+use crate::bench::{Candidate, causes, without};
+use crate::case::{Case, Given};
 use crate::equivalents::TIE;
 use crate::found::{Causes, Found};
-use crate::passes::{Kept, prepared};
+use crate::passes::{Kept, irrelevant_n, prepared};
 use crate::pool::Tolerances;
 use crate::rest::noise_rms;
 use crate::rows::Rows;
@@ -30,13 +30,13 @@ pub(crate) fn law_alone<'s>(
     tolerated: &[f64],
     kept: &mut Kept,
 ) -> Result<Option<Found<'s>>, String> {
-    let Case { nominal, side, saturation, .. } = *case;
-    let mut bench = case.around(rows, start)?;
+    let Case { given: Given { nominal, .. }, side, saturation, .. } = *case;
+    let bench = case.around(rows, start)?;
     let mut pool = prepared(case, rows, &bench, &Tolerances { nominal, moved: start }, kept);
     let price = 0.5 * bench.ln_rows() + (pool.kinds as f64).ln();
     let can_shift: Vec<usize> =
         (0..nominal.parameters.len()).filter(|at| nominal.parameters[*at].can_shift()).collect();
-    let mut free: Vec<Member> = Vec::new();
+    let mut free: Vec<Candidate> = Vec::new();
     let mut here = case.valley(rows, &free).bottom(start)?;
     let left_n = |values: &[f64]| Ok::<f64, String>(rms(&rows.plain(&side.residual(nominal, values)?)));
     let beyond = 0.5 * (case.valley(rows, &free).left(tolerated)? - here.left);
@@ -44,15 +44,15 @@ pub(crate) fn law_alone<'s>(
         return Ok(None);
     }
     for _ in &can_shift {
-        let mut best: Option<(Bottom, Vec<Member>)> = None;
+        let mut best: Option<(Bottom, Vec<Candidate>)> = None;
         for parameter in &can_shift {
             let source = Source::Shift { parameter: *parameter };
-            if free.iter().any(|member| member.candidate.source.is_kin(&source)) {
+            if free.iter().any(|other| other.source.is_kin(&source)) {
                 continue;
             }
             let Some(candidate) = bench.candidate(source) else { continue };
             let mut with = free.clone();
-            with.push(bench.take(candidate));
+            with.push(candidate);
             let there = case.valley(rows, &with).lowest(&here.values, &[&nominal.start()])?;
             if best.as_ref().is_none_or(|(least, _)| there.left < least.left) {
                 best = Some((there, with));
@@ -71,14 +71,14 @@ pub(crate) fn law_alone<'s>(
     let values = here.values.clone();
     let mut bench = case.around(rows, &values)?;
     let mut members = Vec::with_capacity(free.len());
-    for candidate in bench.candidates(free.into_iter().map(|member| member.candidate.source)) {
+    for candidate in bench.candidates(free.into_iter().map(|shift| shift.source)) {
         members.push(bench.take(candidate));
     }
     let doubts = doubts(&bench, &bench.fit_members(&members), &members);
     if doubts.iter().any(Option::is_some) {
         return Ok(None);
     }
-    let causes = Causes {
+    let mut found = Causes {
         bench,
         members,
         doubts,
@@ -87,23 +87,24 @@ pub(crate) fn law_alone<'s>(
         // twice the gain is the square of a standard normal number
         p_no_mismatch: (libm::erfc(beyond.sqrt()) * can_shift.len() as f64).min(1.0),
         noise_n,
+        irrelevant_n: irrelevant_n(case, rows, &mismatch)?,
         left,
         coarse_step_n: case.coarse_step_n(noise_n),
-    };
-    let mut found = causes.found(case, &mut pool, tolerated)?;
+    }
+    .found(case, &mut pool, tolerated)?;
     // what stands for the shift along a straight line need not do so along the law
     for at in 0..found.members.len() {
         let shift = found.members[at].candidate.source.clone();
-        let mut kept = Vec::new();
+        let others = without(&found.members, at);
+        let mut rivals = Vec::new();
         for rival in std::mem::take(&mut found.sets[at].candidates) {
             let is_one = rival.source.is_kin(&shift) || {
-                let mut with = without(&found.members, at);
-                with.push(found.bench.take(rival.clone()));
-                0.5 * (case.valley(rows, &with).bottom(&found.with_shifts)?.left - here.left) < TIE
+                let valley = case.valley(rows, causes(&others).chain([&rival]));
+                0.5 * (valley.bottom(&found.with_shifts)?.left - here.left) < TIE
             };
-            kept.extend(is_one.then_some(rival));
+            rivals.extend(is_one.then_some(rival));
         }
-        found.sets[at].candidates = kept;
+        found.sets[at].candidates = rivals;
     }
     *kept = Some((rows.clone(), pool));
     Ok(Some(found))

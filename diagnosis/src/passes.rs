@@ -1,18 +1,16 @@
 //! The search, and again around where it has led, with the noise as it looks behind what was found.
 
 use crate::adequacy::{Doubt, doubts};
-use crate::bench::{Bench, Beside, Member};
+use crate::bench::{Bench, Beside, Member, causes};
 use crate::calibration::{moved, shifted, way};
-use crate::case::{Case, rounding_n};
+use crate::case::{Case, Given, rounding_n};
 use crate::found::{Causes, FAR, Found, again, amplitudes};
 use crate::locks::least_of;
-use crate::nominal::Nominal;
 use crate::open_set;
 use crate::pool::{Pool, Tolerances};
 use crate::rest::{noise_rms, shares, whiteness};
 use crate::rows::Rows;
 use crate::search::{self, Floor, search};
-use crate::side::Side;
 use crate::statistics::rms;
 
 /// A cause whose force is smaller than this share of the noise is not worth a mention.
@@ -47,14 +45,13 @@ pub(crate) fn prepared(
 ) -> Pool {
     match kept.take().filter(|(of, _)| of.whiten_alike(rows)) {
         Some((_, pool)) => pool.again(bench, tolerances),
-        None => Pool::new(bench, tolerances, &case.saturation.curves, case.hints.ringing),
+        None => Pool::new(bench, tolerances, &case.saturation.curves, case.given.ringing),
     }
 }
 
 /// Searches as often as it takes.
 pub(crate) fn run<'s>(case: &Case<'s>, mut rows: Rows, start: &[f64], kept: &mut Kept) -> Result<Found<'s>, String> {
-    let Case { simulation, nominal, side, saturation, .. } = *case;
-    let drag_rms = rms(&rows.plain(&side.drag_n));
+    let Case { given: Given { nominal, step_n, .. }, side, saturation, .. } = *case;
     let mut values = start.to_vec();
     let mut pass = 0;
     loop {
@@ -66,12 +63,10 @@ pub(crate) fn run<'s>(case: &Case<'s>, mut rows: Rows, start: &[f64], kept: &mut
         let mut pool = prepared(case, &rows, &bench, &tolerances, kept);
         let noise = noise_rms(&rows, &saturation.rest(&rows, &side.contexts, &mismatch, &tangent, &[]));
         let coarse_step_n = case.coarse_step_n(noise);
-        // what derivatives leave of calibration cannot be told from a cause
-        let inexact_n = nominal.error_of_derivatives() * calibrated_n(nominal, side, &rows, &mismatch)?;
-        let any_n = (simulation.tolerance.relevance * drag_rms).max(FLOOR_OF_NOISE * noise).max(inexact_n);
+        let irrelevant_n = irrelevant_n(case, &rows, &mismatch)?;
         // a force that stays within one step is off by up to half of it, always to the same side
-        let rounding_n = coarse_step_n.map_or(case.hints.step_n.map_or(0.0, rounding_n), |step| 0.5 * step);
-        let floor = Floor { any_n, rounding_n };
+        let rounding_n = coarse_step_n.map_or(step_n.map_or(0.0, rounding_n), |step| 0.5 * step);
+        let floor = Floor { any_n: irrelevant_n.max(FLOOR_OF_NOISE * noise), rounding_n };
         let searched = search(&mut bench, &mut pool, &tolerances, floor);
         let mut members = searched.members;
         let p_of_curve = open_set::extend(&mut bench, &mut pool, &tolerances, &mut members, floor);
@@ -117,6 +112,7 @@ pub(crate) fn run<'s>(case: &Case<'s>, mut rows: Rows, start: &[f64], kept: &mut
             has_landed: false,
             p_no_mismatch: least_of([searched.p_no_mismatch, p_of_curve]),
             noise_n,
+            irrelevant_n,
             left,
             coarse_step_n,
         };
@@ -128,7 +124,7 @@ pub(crate) fn run<'s>(case: &Case<'s>, mut rows: Rows, start: &[f64], kept: &mut
 
 /// Where the law comes to rest beside the members; `None` where that is near enough for straight lines.
 fn led(case: &Case<'_>, bench: &Bench<'_>, members: &[Member], values: &[f64]) -> Result<Option<Vec<f64>>, String> {
-    let nominal = case.nominal;
+    let nominal = case.given.nominal;
     let is_far = |there: &[f64]| !nominal.is_incomplete() && way(values, there) > FAR;
     let fit = bench.fit_members(members);
     let straight =
@@ -136,13 +132,17 @@ fn led(case: &Case<'_>, bench: &Bench<'_>, members: &[Member], values: &[f64]) -
     if !is_far(&straight) {
         return Ok(None);
     }
-    Ok(Some(case.valley(&bench.rows, members).settled(values)?).filter(|there| is_far(there)))
+    Ok(Some(case.valley(&bench.rows, causes(members)).settled(values)?).filter(|there| is_far(there)))
 }
 
-/// RMS force that calibration has changed, N.
-fn calibrated_n(nominal: &Nominal, side: &Side<'_>, rows: &Rows, mismatch: &[f64]) -> Result<f64, String> {
+/// RMS force below which a mismatch is of no matter, N: what the simulation says is irrelevant, and what derivatives leave
+/// of calibration, which cannot be told from a cause.
+pub(crate) fn irrelevant_n(case: &Case<'_>, rows: &Rows, mismatch: &[f64]) -> Result<f64, String> {
+    let Case { given: Given { simulation, nominal, .. }, side, .. } = *case;
     let before = side.residual(nominal, &nominal.start())?;
-    Ok(rms(&rows.plain(&before.iter().zip(mismatch).map(|(before, after)| before - after).collect::<Vec<_>>())))
+    let calibrated: Vec<f64> = before.iter().zip(mismatch).map(|(before, after)| before - after).collect();
+    let inexact_n = nominal.error_of_derivatives() * rms(&rows.plain(&calibrated));
+    Ok(inexact_n.max(simulation.tolerance.relevance * rms(&rows.plain(&side.drag_n))))
 }
 
 /// Drops, the smallest first, members that carry next to nothing of what all explain together.

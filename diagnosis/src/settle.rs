@@ -3,7 +3,7 @@
 //! Two of its numbers may make up for one another, and a step that is right along a straight line is then far off along
 //! the law: every step of Gauss and Newton is halved until it lowers what is left.
 
-use crate::bench::{Bench, Member};
+use crate::bench::{Bench, Candidate, Member};
 use crate::calibration::{moved, prior, way};
 use crate::nominal::Nominal;
 use crate::rows::Rows;
@@ -23,7 +23,7 @@ pub(crate) struct Valley<'a> {
     pub(crate) side: &'a Side<'a>,
     pub(crate) rows: &'a Rows,
     pub(crate) training: &'a [bool],
-    pub(crate) members: &'a [Member],
+    pub(crate) causes: Vec<&'a Candidate>,
 }
 
 /// Where the law comes to rest.
@@ -96,20 +96,20 @@ impl Valley<'_> {
     }
 
     fn place(&self, values: &[f64]) -> Result<Place, String> {
-        let Valley { nominal, side, rows, training, members } = self;
+        let Valley { nominal, side, rows, training, causes } = self;
         let mut prior = prior(nominal, values);
-        let mut causes = Vec::new();
-        for member in *members {
-            match member.candidate.source {
+        let mut beside = Vec::new();
+        for cause in causes {
+            match cause.source {
                 Source::Shift { parameter } => prior[parameter] = (0.0, 0.0),
-                _ => causes.push(member.candidate.clone()),
+                _ => beside.push((*cause).clone()),
             }
         }
         let price: f64 = prior.iter().zip(values).map(|((precision, _), value)| precision * value * value).sum();
         let (mismatch, tangent) = (side.residual(nominal, values)?, side.tangent(nominal, values)?);
         let mut bench = Bench::new((*rows).clone(), &[], training.to_vec(), &mismatch, tangent, prior);
-        let causes: Vec<Member> = causes.into_iter().map(|cause| bench.take(cause)).collect();
-        let fit = bench.fit_members(&causes);
+        let beside: Vec<Member> = beside.into_iter().map(|cause| bench.take(cause)).collect();
+        let fit = bench.fit_members(&beside);
         let law = bench.law();
         let step = law.iter().map(|column| fit.value_of(*column)).collect();
         let of_causes: Vec<usize> = fit.active.iter().copied().filter(|column| !law.contains(column)).collect();

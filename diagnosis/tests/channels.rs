@@ -1,7 +1,7 @@
 //! What a channel shows by itself, and what has no name: neither is passed off as physics of the library.
 #![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
-use diagnosis::report::Diagnosis;
+use diagnosis::report::{Diagnosis, Verdict};
 use diagnosis::{Options, Outcome, diagnose};
 use simulation::Simulation;
 use simulation::profile::{Conditions, Course, Order, Staircase};
@@ -299,5 +299,24 @@ fn a_law_that_is_far_off_is_never_a_match_however_its_cells_are_rounded() {
             let numbers = found.mechanisms.iter().flat_map(|m| &m.parameters);
             assert!(numbers.flat_map(|number| number.ci95).all(f64::is_finite), "{factor}, {step_n} N");
         }
+    }
+}
+
+/// A column of another program, read as that of another preload.
+#[test]
+fn a_simulation_that_stays_far_from_the_force_is_never_a_match() {
+    let law = simulation("");
+    let course = Staircase::default().course(20.0, &USUAL).unwrap();
+    let simulated_force_n = Some(law.force(&course.run, &course.motion).unwrap());
+    let mut run = Run { simulated_force_n, ..recorded(&law, course, nothing) };
+    for (force, law) in run.drag_force_n.iter_mut().zip(run.simulated_force_n.iter().flatten()) {
+        *force = law + 0.2 * (*force - law);
+    }
+    for preload in [14.0, 20.0] {
+        let off = format!("schema = \"guideblock.simulation/1\"\n[simulated_force]\npreload = {preload}\n");
+        let found = outcome(&run, &Simulation::from_toml(&off).unwrap()).diagnosis;
+        let held = &found.holdout;
+        assert!(held.rmse_after_n < 3.0 * found.noise_floor_n || found.verdict != Verdict::Match, "{held:?}");
+        assert!(found.p_no_mismatch < 1e-3);
     }
 }

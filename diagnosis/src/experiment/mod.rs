@@ -239,8 +239,8 @@ mod tests {
     use simulation::sensor::Noise;
 
     use super::*;
-    use crate::calibration::calibrate;
-    use crate::case::{Case, Hints};
+    use crate::calibration::{Calibrated, calibrate};
+    use crate::case::{Case, Given};
     use crate::passes;
     use crate::report::DataQuality;
     use crate::rows::Rows;
@@ -284,17 +284,11 @@ mod tests {
         let training = side.compared.clone();
         let mut rows = Rows::new(&runs, &training, 1);
         let calibrated = calibrate(&simulation, &nominal, side, &mut rows, &training).expect("sound");
-        let case = Case {
-            simulation: &simulation,
-            nominal: &nominal,
-            side: &calibrated.side,
-            training: &training,
-            saturation: &calibrated.saturation,
-            seen_from_m: 0.0,
-            hints: Hints { ringing: Some(&[]), edges: None, step_n: None },
-        };
-        let found = passes::run(&case, rows, &calibrated.values, &mut None).expect("ends");
+        let given = Given { simulation: &simulation, nominal: &nominal, ringing: Some(&[]), edges: None, step_n: None };
+        let Calibrated { values, side, saturation, .. } = &calibrated;
+        let case = Case { given, side, training: &training, saturation, seen_from_m: 0.0 };
+        let found = passes::run(&case, rows, values, &mut None).expect("ends");
         assert_eq!(found.members.len(), 1);
-        assert!(next(&nominal, &calibrated.side, &found, 0).is_some());
+        assert!(next(&nominal, side, &found, 0).is_some());
     }
 }
