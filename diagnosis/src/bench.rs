@@ -498,12 +498,12 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// All members but one.
 /// What acts.
 pub(crate) fn causes(members: &[Member]) -> impl Iterator<Item = &Candidate> {
     members.iter().map(|member| &member.candidate)
 }
 
+/// All members but one.
 pub(crate) fn without(members: &[Member], at: usize) -> Vec<Member> {
     members.iter().enumerate().filter(|(k, _)| *k != at).map(|(_, member)| member.clone()).collect()
 }
