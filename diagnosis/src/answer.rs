@@ -79,7 +79,14 @@ pub(crate) fn write(
     findings.extend(rounding.map(|(step, share)| (quantisation(step, share), None)));
     findings.extend(clipped.map(|(limit, share)| (saturation(limit, share), None)));
     let heard = heard.zip(balance.heard);
-    findings.extend(heard.map(|(heard, share)| (resonance(heard, share), None)));
+    if let Some((heard, share)) = heard {
+        // too damped to ring where reversals strike it, and heard all the same: rolling strikes it harder
+        let is_stand_in = |at: &usize| found.members[*at].candidate.source.is(Id::StructuralResonance);
+        match (0..found.members.len()).find(is_stand_in) {
+            Some(at) => findings[at].0 = resonance(heard, share + findings[at].0.share_of_mismatch),
+            None => findings.push((resonance(heard, share), None)),
+        }
+    }
     let noisy = speed.zip(balance.speed);
     findings.extend(noisy.map(|(speed, share)| (speed_noise(speed.variance_m2_s2, share), None)));
     let play = play.zip(balance.play);

@@ -63,7 +63,11 @@ impl Balance {
         let rows = &found.bench.rows;
         let is_known = |id: Id| {
             simulation.mechanisms.iter().any(|added| added.id == id)
-                || found.members.iter().any(|member| member.candidate.source.is(id))
+                || found
+                    .members
+                    .iter()
+                    .zip(&found.doubts)
+                    .any(|(m, doubt)| doubt.is_none() && m.candidate.source.is(id))
         };
         let (before, after) = (power(rows, &proof.own.calibrated), power(rows, &proof.own.after));
         let noise = found.noise_n * found.noise_n;

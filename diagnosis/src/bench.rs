@@ -478,9 +478,21 @@ impl<'a> Bench<'a> {
 
     /// Both tests of a candidate against the members.
     pub(crate) fn locks(&self, candidate: &Candidate, gain: &Gain, members: &[Member]) -> Locks {
+        self.locks_beside(candidate, gain, members, &[])
+    }
+
+    /// The same beside what the forms of members may leave, columns with amplitudes of the order of 1.
+    pub(crate) fn locks_beside(
+        &self,
+        candidate: &Candidate,
+        gain: &Gain,
+        members: &[Member],
+        leavings: &[Vec<f32>],
+    ) -> Locks {
         let active = self.active(members);
         let mut columns: Vec<&[f32]> = vec![&self.base[0]];
         columns.extend(active.iter().map(|column| self.base[*column].as_slice()));
+        columns.extend(leavings.iter().map(Vec::as_slice));
         let known = columns.len();
         columns.extend(
             candidate
@@ -493,6 +505,7 @@ impl<'a> Bench<'a> {
         // three standard deviations are free: an effect must show beside parameters that use them up
         let free = |(precision, pull)| (precision / 9.0, pull / 9.0);
         let mut prior: Vec<(f64, f64)> = active.iter().map(|column| free(self.prior_of(*column))).collect();
+        prior.resize(prior.len() + leavings.len(), (1.0, 0.0));
         prior.resize(columns.len() - 1, (0.0, 0.0));
         locks(&Gram::of(&columns, &self.rows.blocks), known, &prior)
     }

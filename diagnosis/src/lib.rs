@@ -57,6 +57,7 @@ mod export;
 mod finding;
 mod found;
 mod law_alone;
+mod leavings;
 mod linear;
 mod load_law;
 mod locks;

@@ -95,7 +95,7 @@ pub(crate) fn run<'s>(case: &Case<'s>, mut rows: Rows, start: &[f64], kept: &mut
             continue;
         }
         let noise_n = noise_rms(&rows, &left);
-        drop_small(&bench, &mut members);
+        drop_small(&bench, &pool, &mut members);
         let doubts = doubted(&mut bench, &mut pool, &tolerances, &mut members, floor);
         // no further search, but what was found is to be true where it leads the law to
         if let Some(led) = self::led(case, &bench, &members, &values)? {
@@ -146,7 +146,7 @@ pub(crate) fn irrelevant_n(case: &Case<'_>, rows: &Rows, mismatch: &[f64]) -> Re
 }
 
 /// Drops, the smallest first, members that carry next to nothing of what all explain together.
-fn drop_small(bench: &Bench<'_>, members: &mut Vec<Member>) {
+fn drop_small(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>) {
     while members.len() > 1 {
         let fit = bench.fit_members(members);
         let amplitudes = amplitudes(members, &fit);
@@ -158,7 +158,9 @@ fn drop_small(bench: &Bench<'_>, members: &mut Vec<Member>) {
                 return 0.0;
             }
             let Beside { others, own, gain, .. } = bench.beside(members, at);
-            if search::is_small(bench, &own, &gain, &others) { LEAST_SHARE_OF_SMALL } else { LEAST_SHARE }
+            let is_small = search::is_small(bench, &own, &gain, &others)
+                && !search::shows_beside_leavings(bench, pool, &own, &gain, &others);
+            if is_small { LEAST_SHARE_OF_SMALL } else { LEAST_SHARE }
         };
         let smallest = (0..members.len()).min_by(|a, b| shares[*a].total_cmp(&shares[*b]));
         match smallest.filter(|at| shares[*at] < least(*at)) {

@@ -28,6 +28,10 @@ const POINTS: usize = 30;
 /// Dampings with which a peak of the spectrum is tried.
 const DAMPINGS: [f64; 4] = [0.01, 0.02, 0.04, 0.08];
 
+/// Distance of a peak, of its frequency, from the resonance that reversals and jerks show best: the same one, where rolling
+/// strikes it much harder than they do.
+const NEAR: f64 = 0.1;
+
 /// What rings.
 pub(crate) struct Ringing {
     /// Shapes of a resonance that peaks of the spectrum point to: a resonance is narrower than the steps of any grid.
@@ -39,7 +43,7 @@ pub(crate) struct Ringing {
 /// A resonance that the spectrum shows at every speed.
 pub(crate) struct Heard {
     pub(crate) hz: f64,
-    /// Half the distance of two entries of the spectrum, Hz.
+    /// Half the distance of two entries of the spectrum, and of the peak, Hz.
     pub(crate) half_width_hz: f64,
     /// Mean square force of the peak, N².
     pub(crate) power_n2: f64,
@@ -89,11 +93,13 @@ pub(crate) fn unmask(
     let heard = struck.zip(Spectra::of(&bench.rows.plain(left), &bench.rows, side)).and_then(|(struck, spectra)| {
         let (candidate, gain) = struck;
         let Source::Mechanism { shape, .. } = &candidate.source else { return None };
-        let hz = spectra.nearest(shape[0], &peaks)?;
+        let hz = peaks.iter().copied().find(|hz| (hz - shape[0]).abs() < 1.5 / spectra.window_s + NEAR * hz)?;
+        // a damped resonance is as broad as that, and the highest entry of its peak is anywhere within
+        let half_width_hz = 0.5 / spectra.window_s + shape[1] * hz;
         let (share, p) = spectra.at_every_speed(hz)?;
         Some(Heard {
             hz,
-            half_width_hz: 0.5 / spectra.window_s,
+            half_width_hz,
             power_n2: share * power(&bench.rows, left),
             p,
             source: candidate.source.clone(),

@@ -9,6 +9,7 @@ use simulation::mechanism::{Id, Kind, definition};
 
 use crate::adequacy;
 use crate::bench::{Bench, Beside, Candidate, Fit, Gain, Member, without};
+use crate::leavings;
 use crate::locks::Locks;
 use crate::pool::{Pool, Tolerances, ranked};
 use crate::refine::refine;
@@ -46,6 +47,11 @@ const MUCH_FOR_SHARE: usize = 5;
 /// taken for white, 37 has been seen.
 const BEYOND_NOISE: f64 = 120.0;
 
+/// The first lock spends most of the evidence on folds that it does not test. Where the second is surer than it must be, in
+/// logarithms by [`MORE`], a half of what the first one must be is enough.
+const HALF: f64 = 2.0;
+const MORE: f64 = 1.5;
+
 /// Nats by which a cause leads a simpler one.
 const LEADS: f64 = 1.0;
 
@@ -78,14 +84,20 @@ pub(crate) struct Found {
 pub(crate) fn is_open(locks: &Locks, kinds: usize, points: usize) -> bool {
     let level = (kinds.max(1) as f64 / ALPHA).ln();
     let ln_e = locks.ln_e - (points.max(1) as f64).ln();
-    ln_e > level && (locks.p < ALPHA / kinds.max(1) as f64 || (ln_e > BEYOND_NOISE && locks.p < 0.25))
+    (ln_e > level && (-locks.p.ln() > level || (ln_e > BEYOND_NOISE && locks.p < 0.25)))
+        || (HALF * ln_e > level && -locks.p.ln() > MORE * level)
 }
 
 /// p-value of what opened both locks, the best of `kinds` causes at `points` values.
 pub(crate) fn p_of(locks: &Locks, kinds: usize, points: usize) -> f64 {
     let (kinds, points) = (kinds.max(1) as f64, points.max(1) as f64);
     let by_e = (kinds.ln() + points.ln() - locks.ln_e).exp().min(1.0);
-    if locks.ln_e - points.ln() > BEYOND_NOISE { by_e } else { by_e.max((locks.p * kinds).min(1.0)) }
+    if locks.ln_e - points.ln() > BEYOND_NOISE {
+        return by_e;
+    }
+    let ln_e = locks.ln_e - points.ln();
+    let by_blocks = (kinds.ln() - HALF * ln_e).exp().max(kinds * locks.p.powf(1.0 / MORE));
+    by_e.max(locks.p * kinds).min(by_blocks).min(1.0)
 }
 
 /// Runs the search.
@@ -145,14 +157,27 @@ fn holds(bench: &Bench<'_>, pool: &Pool, candidate: &Candidate, gain: &Gain, mem
     if bench.is_spoken_for(&candidate.source) {
         return is_relevant(bench, candidate, gain, floor);
     }
-    if gain.nats < FURTHER_IF_EVEN * (imitable(bench, candidate, members) + gain.nats) {
-        return false;
-    }
+    let is_tiny = gain.nats < FURTHER_IF_EVEN * (imitable(bench, candidate, members) + gain.nats);
     if matches!(candidate.source, Source::Shift { .. }) {
-        return gain.score > (pool.kinds as f64).ln();
+        return !is_tiny && gain.score > (pool.kinds as f64).ln();
     }
     is_relevant(bench, candidate, gain, floor)
         && is_open(&bench.locks(candidate, gain, members), pool.kinds, pool.points_of(&candidate.source))
+        && (!is_tiny || shows_beside_leavings(bench, pool, candidate, gain, members))
+}
+
+/// Whether a cause is real beside what the forms of others may leave, too.
+pub(crate) fn shows_beside_leavings(
+    bench: &Bench<'_>,
+    pool: &Pool,
+    candidate: &Candidate,
+    gain: &Gain,
+    members: &[Member],
+) -> bool {
+    let larger = members.iter().filter(|member| may_leave(member, candidate));
+    let leavings = leavings::columns(bench, &bench.fit_members(members), larger);
+    let locks = bench.locks_beside(candidate, gain, members, &leavings);
+    is_open(&locks, pool.kinds, pool.points_of(&candidate.source))
 }
 
 /// Drops, the weakest first, members that do not hold beside the others.
@@ -181,12 +206,13 @@ pub(crate) fn is_small(bench: &Bench<'_>, own: &Candidate, gain: &Gain, others: 
 /// Evidence of members whose remains a candidate could follow, nats: what a wave leaves of itself is tied to the rail, and
 /// follows nothing else.
 fn imitable(bench: &Bench<'_>, candidate: &Candidate, members: &[Member]) -> f64 {
-    let waves: Vec<Member> = if is_phase_bound(&candidate.source) {
-        Vec::new()
-    } else {
-        members.iter().filter(|member| is_periodic(&member.candidate.source)).cloned().collect()
-    };
-    0.5 * (bench.fit_members(&waves).rss - bench.fit_members(members).rss)
+    let others: Vec<Member> = members.iter().filter(|member| !may_leave(member, candidate)).cloned().collect();
+    0.5 * (bench.fit_members(&others).rss - bench.fit_members(members).rss)
+}
+
+/// Whether a candidate could follow what the form of a member leaves.
+fn may_leave(member: &Member, candidate: &Candidate) -> bool {
+    is_phase_bound(&candidate.source) || !is_periodic(&member.candidate.source)
 }
 
 fn is_periodic(source: &Source) -> bool {

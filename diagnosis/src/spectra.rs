@@ -102,11 +102,6 @@ impl Spectra {
         found.into_iter().map(|k| k as f64 / self.window_s).collect()
     }
 
-    /// The one of some frequencies that is this one.
-    pub(crate) fn nearest(&self, hz: f64, among: &[f64]) -> Option<f64> {
-        among.iter().copied().find(|other| (hz - other).abs() * self.window_s < 1.5)
-    }
-
     /// Share of the power in a peak that stands out in slow and in fast pieces, and its p-value.
     pub(crate) fn at_every_speed(&self, hz: f64) -> Option<(f64, f64)> {
         let at = (hz * self.window_s).round() as usize;
