@@ -52,13 +52,9 @@ fn polynomials(bench: &Bench<'_>) -> Vec<Vec<f64>> {
                 None => values.resize(values.len() + context.run.len(), f64::NAN),
             }
         }
-        let mut seen: Vec<f64> =
-            values.iter().zip(&bench.compared).filter(|(x, c)| **c && x.is_finite()).map(|(x, _)| *x).collect();
-        if seen.is_empty() {
-            continue;
-        }
-        seen.sort_unstable_by(f64::total_cmp);
-        let (least, largest) = (seen[0], seen[seen.len() - 1]);
+        let seen = values.iter().zip(&bench.compared).filter(|(x, c)| **c && x.is_finite()).map(|(x, _)| *x);
+        let (least, largest) =
+            seen.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, largest), x| (x.min(least), x.max(largest)));
         if !(largest > least) {
             continue;
         }

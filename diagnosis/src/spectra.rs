@@ -23,8 +23,8 @@ const STANDS_OUT: f64 = 2.0;
 
 /// Height of a peak over the median around it, slow and fast, of what rings. What is tied to the rail or to a screw is
 /// elsewhere at another speed, what another machine sweeps through is broad; a structure that is damped by a few hundredths
-/// stands out by ten and more.
-const AT_EVERY_SPEED: f64 = 5.0;
+/// stands out by seven and more, and a sweep over a tenth of its frequency to either side by five.
+const AT_EVERY_SPEED: f64 = 6.0;
 
 /// Speeds of both halves that differ by less tell nothing of that.
 const APART: f64 = 1.5;

@@ -177,3 +177,25 @@ fn a_program_known_by_its_column_alone_is_told_how_oil_in_the_inlet_feels_the_lo
     let found = diagnose(&runs, &[], &column, &Options::default()).diagnosis;
     assert_eq!(sets(&found), [["hydrodynamic-rolling"]]);
 }
+
+/// A chain of 8 N/m, and the causes. The chain pulls by a share of `wrong` more at the highest speed, and less at the lowest.
+fn chained(wrong: f64, causes: &[Added]) -> Diagnosis {
+    let course = strokes(&[0.003, 0.006, 0.012, 0.025, 0.05, 0.1], 0.3, 0.2, 3000.0);
+    let motion = course.motion.clone();
+    let per_m_n = 8.0;
+    let mut all = causes.to_vec();
+    all.push(added(Id::CableChain, 0, &[], &[0.3, per_m_n, 1.0]));
+    let mut run = recorded(course, &all, nothing, 8);
+    for (n, force) in run.drag_force_n.iter_mut().enumerate() {
+        let faster = ((motion.velocity_m_s[n].abs().max(3e-3) / 3e-3).ln() / 3.5).min(1.0);
+        *force += wrong * (2.0 * faster - 1.0) * (per_m_n * motion.position_m[n] + 1.0);
+    }
+    diagnosis(&[run])
+}
+
+#[test]
+fn a_small_cause_is_named_beside_one_of_hundreds_of_times_its_evidence_and_what_a_form_leaves_is_not() {
+    let asymmetry = added(Id::DirectionAsymmetry, 0, &[], &[0.003]);
+    assert_eq!(sets(&chained(0.0, &[asymmetry])), [["cable-chain"], ["direction-asymmetry"]]);
+    assert_eq!(sets(&chained(0.1, &[])), [["cable-chain"]]);
+}
