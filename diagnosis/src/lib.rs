@@ -20,7 +20,8 @@
 //! ringing      a structure that rings, taken for noise; spectra: what stands out at every speed
 //! pool         all that may act; refine: its shapes; spectrum: wavelengths; peaks: the highest of them
 //! case         what a search is about
-//! search       which named causes act; story: curves without a name; open_set: what has no name here
+//! search       which named causes act; leavings: what their forms may leave; story: curves without a name; open_set: what
+//!              has no name here
 //! clock        what repeats in time; adequacy: is what explains much what acts? load_law: does it feel the load as it must?
 //! passes       the search, and again around where it has led; settle: the law beside what was found; rest: what is left
 //! found        what they have led to; law_alone: the law's own numbers off, and nothing beside them; refit: with numbers that

@@ -24,11 +24,12 @@ const MOST: usize = 6;
 /// Probability of a false name that is accepted, over all causes together.
 const ALPHA: f64 = 0.01;
 
-/// Share of all evidence below which a further cause is none: a form is an idealisation, and what it leaves of its own
+/// Share of all evidence below which a further cause is one only if its size is the same throughout: a form is an idealisation, and what it leaves of its own
 /// cause's force, up to a seventh of it, is a fiftieth in square.
 const FURTHER: f64 = 0.02;
 
-/// The same for a cause whose size is the same throughout, which what a form leaves of another one is not.
+/// Share of all evidence below which that is not enough, and a cause must show beside what the [forms](crate::leavings) of
+/// others may leave as well; a shift, which those imitate, is none.
 const FURTHER_IF_EVEN: f64 = 0.005;
 
 /// Highest order at which a wave repeats that is taken for the wave itself.
@@ -47,9 +48,9 @@ const MUCH_FOR_SHARE: usize = 5;
 /// taken for white, 37 has been seen.
 const BEYOND_NOISE: f64 = 120.0;
 
-/// The first lock spends most of the evidence on folds that it does not test. Where the second is surer than it must be, in
-/// logarithms by [`MORE`], a half of what the first one must be is enough.
-const HALF: f64 = 2.0;
+/// The first lock spends three quarters of the evidence on folds that it does not test. Where the second is surer than it
+/// must be, its logarithm [`MORE`] times its level, the first need only be above its own over [`LESS`].
+const LESS: f64 = 2.0;
 const MORE: f64 = 1.5;
 
 /// Nats by which a cause leads a simpler one.
@@ -85,7 +86,7 @@ pub(crate) fn is_open(locks: &Locks, kinds: usize, points: usize) -> bool {
     let level = (kinds.max(1) as f64 / ALPHA).ln();
     let ln_e = locks.ln_e - (points.max(1) as f64).ln();
     (ln_e > level && (-locks.p.ln() > level || (ln_e > BEYOND_NOISE && locks.p < 0.25)))
-        || (HALF * ln_e > level && -locks.p.ln() > MORE * level)
+        || (LESS * ln_e > level && -locks.p.ln() > MORE * level)
 }
 
 /// p-value of what opened both locks, the best of `kinds` causes at `points` values.
@@ -96,7 +97,7 @@ pub(crate) fn p_of(locks: &Locks, kinds: usize, points: usize) -> f64 {
         return by_e;
     }
     let ln_e = locks.ln_e - points.ln();
-    let by_blocks = (kinds.ln() - HALF * ln_e).exp().max(kinds * locks.p.powf(1.0 / MORE));
+    let by_blocks = (kinds.ln() - LESS * ln_e).exp().max(kinds * locks.p.powf(1.0 / MORE));
     by_e.max(locks.p * kinds).min(by_blocks).min(1.0)
 }
 
@@ -436,4 +437,26 @@ pub(crate) fn is_relevant(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain,
 fn size_n(bench: &Bench<'_>, source: &Source, amplitudes: &[f64]) -> f64 {
     let force = bench.force(source, amplitudes);
     if force.is_empty() { 0.0 } else { power(&bench.rows, &force).sqrt() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neither_lock_opens_alone_and_what_opens_both_has_a_p_value_below_alpha() {
+        let opens = |ln_e: f64, p: f64| is_open(&Locks { ln_e, p }, 35, 1);
+        assert!(opens(8.2, 2.8e-4) && !opens(8.2, 3e-4) && !opens(8.1, 2.8e-4));
+        assert!(opens(4.1, 4e-6) && !opens(4.0, 1e-12) && !opens(4.1, 6e-6));
+        assert!(opens(121.0, 0.2) && !opens(121.0, 0.3) && !opens(119.0, 0.2));
+        for points in [1, 150] {
+            for at in 0..4000 {
+                let locks = Locks { ln_e: 0.5 * f64::from(at % 80), p: (-0.5 * f64::from(at / 80)).exp() };
+                if is_open(&locks, 35, points) {
+                    let p = p_of(&locks, 35, points);
+                    assert!(p <= 1.0001 * ALPHA, "{locks:?}: {p}");
+                }
+            }
+        }
+    }
 }
