@@ -51,7 +51,7 @@ impl Parameter {
     /// Least and largest value.
     pub(crate) fn ends(&self) -> (f64, f64) {
         match self.sigma {
-            Some(_) if self.is_of_law() => (-SMALLEST_FACTOR, LARGEST_FACTOR),
+            Some(_) if self.is_of_law() => (LOWEST, HIGHEST),
             _ => self.range,
         }
     }
@@ -63,9 +63,9 @@ impl Parameter {
     }
 }
 
-/// Factors stay positive on the way of Gauss and Newton.
-const SMALLEST_FACTOR: f64 = 0.8;
-const LARGEST_FACTOR: f64 = 4.0;
+/// Relative changes of what is a factor, which stays positive on the way of Gauss and Newton.
+const LOWEST: f64 = -0.95;
+const HIGHEST: f64 = 4.0;
 
 /// A law and its parameters.
 #[derive(Clone, Debug)]

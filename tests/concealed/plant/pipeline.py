@@ -24,14 +24,17 @@ class ParameterShift(Effect):
             self.unit, self.equivalents = "N", ("force-offset", "gravity-tilt")
 
     def describe(self, k):
-        return [{"name": "parameter", "value": self.param, "unit": ""}, {"name": "change", "value": float(k * self.p["sign"]), "unit": self.unit}]
+        return [{"name": "parameter", "value": self.param, "unit": ""}, {"name": "change", "value": self.change(k), "unit": self.unit}]
+
+    def change(self, k):
+        return float(k * self.p["sign"] if self.param == "offset" else max(k * self.p["sign"], -0.9))
 
 
 def _gain(w, effects, name):
     g = w.gains.get(name, 1.0)
     for e, k in effects:
         if isinstance(e, ParameterShift) and e.param == name and name != "offset":
-            g *= 1 + max(k * e.p["sign"], -0.9)
+            g *= 1 + e.change(k)
     return g
 
 

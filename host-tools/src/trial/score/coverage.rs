@@ -82,7 +82,9 @@ pub fn coverage(truth: &Truth, named: &[Named]) -> Vec<Covered> {
         let stated = entry.and_then(|entry| entry.parameters.iter().find(|p| is_called(&p.name, &name)));
         let Some((value, [low, high])) = stated.and_then(|p| Some((p.value?, p.ci95?))) else { continue };
         // a shift is stated as a factor or as its excess over 1
-        let is = if effect.id == "parameter-shift" && name != "offset" && value < 0.5 { is - 1.0 } else { is };
+        let is_excess =
+            effect.id == "parameter-shift" && name != "offset" && (value - is).abs() > (value - is + 1.0).abs();
+        let is = if is_excess { is - 1.0 } else { is };
         let holds = |part: f64| is >= value - part * (value - low) && is <= value + part * (high - value);
         out.push(Covered {
             parameter: format!("{} {name}", effect.id),
@@ -140,7 +142,13 @@ mod tests {
         let mut shift = truth("parameter-shift", &[("change", 0.05)]);
         shift.effects[0].parameters.push(Parameter { name: "parameter".into(), value: "friction".into() });
         shift.stated_constants_off.insert("friction".into(), -0.01);
-        for (value, ci95) in [(1.04, [1.03, 1.05]), (0.04, [0.03, 0.05])] {
+        for (change, value, ci95) in [
+            (0.05, 1.04, [1.03, 1.05]),
+            (0.05, 0.04, [0.03, 0.05]),
+            (1.0, 1.98, [1.97, 1.99]),
+            (1.0, 0.98, [0.97, 0.99]),
+        ] {
+            shift.effects[0].parameters[0].value = change.into();
             let got = coverage(&shift, &said("parameter-shift", "friction", value, ci95));
             assert!(got[0].is_in_95 && (got[0].truth - value).abs() < 1e-3, "{got:?}");
         }
