@@ -167,7 +167,8 @@ fn holds(bench: &Bench<'_>, pool: &Pool, candidate: &Candidate, gain: &Gain, mem
         && (!is_tiny || shows_beside_leavings(bench, pool, candidate, gain, members))
 }
 
-/// Whether a cause is real beside what the forms of others may leave, too.
+/// Whether a cause is real beside what the forms of others may leave, too. What a table along the rail follows is not: those
+/// few polynomials do not.
 pub(crate) fn shows_beside_leavings(
     bench: &Bench<'_>,
     pool: &Pool,
@@ -175,6 +176,9 @@ pub(crate) fn shows_beside_leavings(
     gain: &Gain,
     members: &[Member],
 ) -> bool {
+    if is_phase_bound(&candidate.source) {
+        return false;
+    }
     let larger = members.iter().filter(|member| may_leave(member, candidate));
     let leavings = leavings::columns(bench, &bench.fit_members(members), larger);
     let locks = bench.locks_beside(candidate, gain, members, &leavings);
