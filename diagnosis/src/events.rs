@@ -3,7 +3,7 @@
 //! No curve follows them, but each is short, all brake, and all have one length along the rail whatever the speed. An
 //! electrical spike has one duration instead, and either sign; a joint of the rail is met again in every pass.
 
-use crate::pulses::{Track, Width, outstanding, scores};
+use crate::pulses::{OUTSTANDING, Track, Width, outstanding, scores};
 use crate::rows::Rows;
 use crate::sanity::quantum;
 use crate::side::Side;
@@ -18,8 +18,11 @@ const LENGTHS: i32 = 8;
 const DURATIONS: i32 = 15;
 
 /// p-value of as many that brake and so few that push, over all lengths, below which spots are no chance: eleven of
-/// eleven.
+/// eleven; or of so high ones, fewer.
 const CHANCE: f64 = 4e-3;
+
+/// Exponent of the heaviest tails that noise is granted, those of Student's t of three degrees of freedom.
+const TAIL: f64 = 3.0;
 
 /// Squared score above which a spot is no more evidence: what spots have in common the largest alone do not tell.
 const MOST_OF_ONE: f64 = 100.0;
@@ -40,6 +43,12 @@ const FLIPPING: f64 = 2.0;
 /// which spots are fixed to the rail: five times as many as the densest dirt would by chance.
 const SAME_M: f64 = 1e-3;
 const MET_AGAIN: f64 = 0.2;
+
+/// Score that something pushes by in any recording.
+const ORDINARY: f64 = 2.0;
+
+/// Fewest spots, however high: that they come at random is said of no two.
+const FEWEST: usize = 4;
 
 /// Rows of a spot from which its length is told.
 const RESOLVED: f64 = 3.0;
@@ -115,7 +124,8 @@ pub(crate) fn spots(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64
     let evidence = |index: &usize| lengths[*index].1.evidence;
     let best = (0..lengths.len()).max_by(|a, b| evidence(a).total_cmp(&evidence(b)))?;
     let spots = &lengths[best].1;
-    let p = (at_least(spots.braking.len(), spots.pushing) * f64::from(LENGTHS)).min(1.0);
+    let by_count = at_least(spots.braking.len(), spots.pushing);
+    let p = (by_count.min(so_high(&tracks, spots)) * f64::from(LENGTHS)).min(1.0);
     if p > CHANCE {
         return None;
     }
@@ -190,7 +200,7 @@ impl Pulses {
         let mut pulses =
             Pulses { scores: scores(tracks, width), braking: Vec::new(), pushing: 0, evidence: 0.0, sum: 0.0 };
         for (index, (track, scores)) in tracks.iter().zip(&pulses.scores).enumerate() {
-            for n in outstanding(track, scores, |n| track.is_told[n]) {
+            for n in outstanding(track, scores, OUTSTANDING, |n| track.is_told[n]) {
                 let evidence = (scores[n] * scores[n]).min(MOST_OF_ONE);
                 pulses.sum += scores[n];
                 if scores[n] > 0.0 {
@@ -212,6 +222,33 @@ fn at_least(heads: usize, tails: usize) -> f64 {
     let choices = |k: f64| libm::lgamma(all + 1.0) - libm::lgamma(k + 1.0) - libm::lgamma(all - k + 1.0);
     let p: f64 = (heads..=heads + tails).map(|k| (choices(k as f64) - all * std::f64::consts::LN_2).exp()).sum();
     p.min(1.0)
+}
+
+/// Probability of braking that stands so high above the highest that pushes.
+fn so_high(tracks: &[Track], spots: &Pulses) -> f64 {
+    if spots.braking.len() < FEWEST {
+        return 1.0;
+    }
+    let of_track = |(track, scores): (&Track, &Vec<f64>)| {
+        let peaks = outstanding(track, scores, ORDINARY, |n| track.is_told[n]);
+        peaks.into_iter().map(|n| -scores[n]).fold(ORDINARY, f64::max)
+    };
+    let pushing = tracks.iter().zip(&spots.scores).map(of_track).fold(ORDINARY, f64::max);
+    beyond(spots.braking.iter().map(|(track, n)| spots.scores[*track][*n]).collect(), pushing)
+}
+
+/// Probability of scores so far beyond the highest of the other sign, where noise has the same tails to both sides.
+///
+/// ```text
+/// k scores beyond c times the highest of the others:  p = (1 + c^a)^-k,  a: exponent of the tails
+/// ```
+///
+/// Beyond the highest of the others as many are expected as an exponential number of mean 1 tells, and `c^-a` times as
+/// many beyond `c` times it. The best of all `k`, each of which may use `2^-k` of the level.
+fn beyond(mut scores: Vec<f64>, highest_of_others: f64) -> f64 {
+    scores.sort_by(|a, b| b.total_cmp(a));
+    let of = |(k, score): (usize, &f64)| (2.0 / (1.0 + (score / highest_of_others).powf(TAIL))).powf(k as f64 + 1.0);
+    scores.iter().enumerate().map(of).fold(1.0, f64::min)
 }
 
 /// Whether spots may as well have one duration: pulses of some duration fit better, or, where too few spots are resolved
@@ -284,7 +321,7 @@ fn described(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize, p: f64, l
         let is_seen = |n: &usize| track.is_told[*n] && scores[*n] != 0.0;
         travel_m += (0..scores.len()).filter(is_seen).map(|n| track.speed_m_s[n] * track.step_s).sum::<f64>();
         // dirt does not wait for a steady speed
-        let braking = outstanding(track, scores, |n| track.compared[n] && track.is_built_up[n]);
+        let braking = outstanding(track, scores, OUTSTANDING, |n| track.compared[n] && track.is_built_up[n]);
         for n in braking.into_iter().filter(|n| scores[*n] > 0.0) {
             let (height_n, square_n2) = height(track, n, *length_m, left, &against);
             squares_n2 += square_n2;
@@ -330,4 +367,34 @@ fn height(track: &Track, at: usize, length_m: f64, left: &[f64], against: &[f64]
 fn typical(logarithms: &[f64]) -> Number {
     let relative = 1.25 * scatter(logarithms) / (logarithms.len().max(1) as f64).sqrt();
     Number { value: median(logarithms.to_vec()).unwrap_or(0.0).exp(), relative }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Both sides have tails of the exponent that is granted: no more than a level's share of recordings falls below it.
+    #[test]
+    fn tails_as_heavy_as_granted_are_no_more_often_so_high_than_said() {
+        let mut state = 7u64;
+        let mut uniform = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            ((state >> 33) as f64 + 0.5) / f64::from(1u32 << 31)
+        };
+        let (recordings, mut p) = (100_000, Vec::new());
+        for _ in 0..recordings {
+            let mut side = || (0..40).map(|_| ORDINARY * uniform().powf(-1.0 / TAIL)).collect::<Vec<f64>>();
+            let (braking, pushing) = (side(), side());
+            let standing = braking.into_iter().filter(|score| *score > OUTSTANDING).collect();
+            p.push(beyond(standing, pushing.into_iter().fold(ORDINARY, f64::max)));
+        }
+        for level in [0.1, 0.01, CHANCE / f64::from(LENGTHS)] {
+            let below = p.iter().filter(|p| **p < level).count() as f64;
+            let expected = level * f64::from(recordings);
+            assert!(
+                below < expected + 3.0 * expected.sqrt() && below > 0.1 * expected,
+                "{level}: {below} of {expected}"
+            );
+        }
+    }
 }

@@ -19,7 +19,7 @@ const LONGEST_ROWS: f64 = 1e5;
 const SIDE_BY_SIDE: f64 = 20.0;
 
 /// Score that stands out: Gaussian noise gives one in ten recordings.
-const OUTSTANDING: f64 = 4.5;
+pub(crate) const OUTSTANDING: f64 = 4.5;
 
 /// Travel between two pulses that are told apart, m: several lengths, so that what the noise filter makes of the flanks
 /// of one is not another.
@@ -156,11 +156,10 @@ fn matched(track: &Track, width: Width) -> (Vec<f64>, Vec<bool>) {
     (out, is_whole)
 }
 
-/// Rows of a track around which scores of either sign are largest, the largest first: one for as far as a pulse and what
-/// the noise filter makes of it reach.
-pub(crate) fn outstanding(track: &Track, scores: &[f64], admitted: impl Fn(usize) -> bool) -> Vec<usize> {
-    let mut standing: Vec<usize> =
-        (0..scores.len()).filter(|n| scores[*n].abs() > OUTSTANDING && admitted(*n)).collect();
+/// Rows of a track around which scores of either sign are largest and beyond a limit, the largest first: one for as far as
+/// a pulse and what the noise filter makes of it reach.
+pub(crate) fn outstanding(track: &Track, scores: &[f64], beyond: f64, admitted: impl Fn(usize) -> bool) -> Vec<usize> {
+    let mut standing: Vec<usize> = (0..scores.len()).filter(|n| scores[*n].abs() > beyond && admitted(*n)).collect();
     standing.sort_by(|a, b| scores[*b].abs().total_cmp(&scores[*a].abs()));
     let mut is_taken = vec![false; scores.len()];
     let mut peaks = Vec::new();

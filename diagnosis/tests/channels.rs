@@ -203,6 +203,21 @@ fn dirt_whose_single_rows_do_not_stand_out_is_found_by_its_shape() {
 }
 
 #[test]
+fn few_spots_are_dirt_if_they_are_high_and_none_as_high_pushes() {
+    let simulation = simulation("");
+    let all = dirt(15.0 * NOISE_N, 2e-3, 1.0);
+    let sparse = |travel_m: f64| if travel_m % 1.2 < 0.1 { all(0.0, 0.0, travel_m) } else { 0.0 };
+    let rolled = |_: f64, _: f64, travel_m: f64| sparse(travel_m);
+    let found = outcome(&recorded(&simulation, strokes(), rolled), &simulation).diagnosis;
+    assert_eq!(ids(&found), ["contamination"]);
+    // those of one stretch push
+    let one =
+        |_: f64, _: f64, travel_m: f64| sparse(travel_m) * if (1.2..1.3).contains(&travel_m) { -1.0 } else { 1.0 };
+    let found = outcome(&recorded(&simulation, strokes(), one), &simulation).diagnosis;
+    assert!(!ids(&found).contains(&"contamination"), "{:?}", ids(&found));
+}
+
+#[test]
 fn tails_of_either_sign_and_spikes_of_one_duration_are_no_dirt() {
     let simulation = simulation("");
     let pushing = dirt(3.0 * NOISE_N, 2e-3, -1.0);
