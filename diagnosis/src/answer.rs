@@ -1,24 +1,23 @@
 //! The diagnosis and the augmented simulation, written down from what was found.
 
 use simulation::Simulation;
-use simulation::mechanism::{Added, Id};
+use simulation::mechanism::Id;
 
-use crate::balance::{Aside, Balance};
+use crate::aside::Aside;
+use crate::balance::Balance;
 use crate::bench::Member;
 use crate::equivalents;
 use crate::experiment;
 use crate::export;
-use crate::finding::{
-    comes_and_goes, contamination, far_off, finding, quantisation, resonance, saturation, speed_noise,
-};
+use crate::finding::{far_off, finding};
 use crate::found::Found;
-use crate::locks::least_of;
 use crate::nominal::Nominal;
 use crate::refit;
 use crate::region::region;
 use crate::report::{DataQuality, Diagnosis, Finding, NextExperiment, Region, SCHEMA, Unexplained, Verdict};
 use crate::rest::shares;
 use crate::scores::Proof;
+use crate::shown::Shown;
 use crate::side::Side;
 use crate::source::added;
 
@@ -44,57 +43,18 @@ pub(crate) fn write(
     quality: &mut DataQuality,
 ) -> Result<(Diagnosis, Simulation), String> {
     let balance = Balance::of(simulation, side, found, aside, &proof);
-    let Aside { spots, speed, heard, play } = *aside;
+    let shown = Shown::of(side, found, aside, &balance);
     let amplitudes = found.amplitudes();
-    let forces: Vec<Vec<f64>> = found
-        .members
-        .iter()
-        .zip(&amplitudes)
-        .map(|(member, amplitudes)| found.bench.force(&member.candidate.source, amplitudes))
-        .collect();
-    let shares = shares(&found.bench.rows, &found.bench.tangent, &forces, balance.explained());
-    let variances = found.fit.variances();
-    let mut findings: Vec<(Finding, Option<Region>)> = found
-        .members
-        .iter()
-        .enumerate()
-        .map(|(at, member)| {
-            let mut finding = finding(nominal, found, &variances, at, &amplitudes[at], shares[at]);
-            finding.carried_over = proof.carried[at];
-            let region = region(side, training, &member.candidate.source, &forces[at], shares[at], &finding.id);
-            (finding, region)
-        })
-        .collect();
-    doubt_beside_unknown(&mut findings, balance.unsteady.unwrap_or(0.0));
-    if let Some((spots, share)) = spots.zip(balance.spots) {
-        findings.push((contamination(spots, share), None));
-    } else if let Some(share) = balance.unsteady {
-        findings.push((comes_and_goes(share), None));
-    }
+    let mut findings = of_members(nominal, side, training, found, &amplitudes, &balance, &proof);
+    let fitted = found.members.iter().position(|member| member.candidate.source.is(Id::StructuralResonance));
+    let beside = shown.findings(fitted.map(|at| &mut findings[at].0));
+    findings.extend(beside);
     let least_n = found.irrelevant_n.max(FAR_OFF * balance.noise_n);
     let is_far_off = found.members.is_empty() && balance.unexplained_n > least_n;
     findings.extend(is_far_off.then(|| (far_off(balance.unexplained), None)));
-    let rounding = found.coarse_step_n.zip(balance.rounding);
-    let clipped = side.limit_n.zip(balance.clipped);
-    findings.extend(rounding.map(|(step, share)| (quantisation(step, share), None)));
-    findings.extend(clipped.map(|(limit, share)| (saturation(limit, share), None)));
-    let heard = heard.zip(balance.heard);
-    if let Some((heard, share)) = heard {
-        // too damped to ring where reversals strike it, and heard all the same: rolling strikes it harder
-        let is_stand_in = |at: &usize| found.members[*at].candidate.source.is(Id::StructuralResonance);
-        match (0..found.members.len()).find(is_stand_in) {
-            Some(at) => findings[at].0 = resonance(heard, share + findings[at].0.share_of_mismatch),
-            None => findings.push((resonance(heard, share), None)),
-        }
-    }
-    let noisy = speed.zip(balance.speed);
-    findings.extend(noisy.map(|(speed, share)| (speed_noise(speed.variance_m2_s2, share), None)));
-    let play = play.zip(balance.play);
-    findings.extend(play.map(|(play, share)| play.reported(share)));
     let next_experiment = next_experiment(nominal, side, found, &findings);
     findings.sort_by(|a, b| b.0.share_of_mismatch.total_cmp(&a.0.share_of_mismatch));
-    let findings = with_one_unknown(findings);
-    let (mechanisms, regions): (Vec<Finding>, Vec<Option<Region>>) = findings.into_iter().unzip();
+    let (mechanisms, regions): (Vec<Finding>, Vec<Option<Region>>) = with_one_unknown(findings).into_iter().unzip();
     let mut written = (found.with_shifts.clone(), amplitudes);
     if nominal.is_incomplete() && !found.members.is_empty() {
         match refit::together(simulation, nominal, side, training, found)? {
@@ -106,60 +66,19 @@ pub(crate) fn write(
         }
     }
     let mut augmented = augmented(nominal, &written.0, &found.members, &written.1, &mut quality.warnings);
-    let mass_kg = simulation.axis.moved_mass_kg.unwrap_or(0.0);
-    augmented.mechanisms.extend(noisy.map(|_| Added {
-        id: Id::SpeedNoise,
-        form: 1,
-        shape: Vec::new(),
-        amplitudes: vec![1.0, mass_kg],
-    }));
-    augmented.mechanisms.extend(heard.and_then(|(heard, _)| added(&heard.source, &heard.amplitudes)));
-    augmented.mechanisms.extend(play.and_then(|(play, _)| play.added()));
-    let shown = |id, shape: f64| Added { id, form: 0, shape: vec![shape], amplitudes: vec![1.0] };
-    let noise_over_step = |(step, _): (f64, f64)| (balance.noise_n / step).clamp(0.02, 0.5);
-    augmented.mechanisms.extend(rounding.map(|it| shown(Id::ForceQuantisation, noise_over_step(it))));
-    augmented.mechanisms.extend(clipped.map(|(limit, _)| shown(Id::ForceSaturation, limit)));
-    let held = &proof.holdout;
-    let is_worse =
-        held.improvement_ci95[1] < 0.0 || held.rmse_after_n > WORSE * held.rmse_before_n.min(held.rmse_calibrated_n);
-    if !found.members.is_empty() && is_worse {
-        let text = "what was found makes the error larger on the rows that were set aside: it does not carry over, and the \
-                    augmented simulation is not to be used there";
-        quality.warnings.push(text.to_owned());
-    }
-    let (taught, scored) = (found.bench.rows.decimation(), proof.averaged);
-    if scored > taught {
-        let text = format!(
-            "the error is that of averages of {scored} rows and the noise that of {taught}: what changes faster than those \
-             averages is not scored"
-        );
-        quality.warnings.push(text);
-    }
-    let signature = match mechanisms.is_empty() {
-        true => "nothing beyond the noise",
-        false if balance.unexplained > MORE_THAN_NOISE => {
-            "more than noise is left, which no cause of the library follows"
-        }
-        false => "the rest is noise-like",
-    };
+    augmented.mechanisms.extend(shown.added(balance.noise_n, simulation.axis.moved_mass_kg.unwrap_or(0.0)));
+    warn(found, &proof, &mut quality.warnings);
     let diagnosis = Diagnosis {
         schema: SCHEMA,
         verdict: verdict(&mechanisms, balance.unexplained),
-        // what a channel shows by itself is no matter of chance
-        p_no_mismatch: if rounding.is_some() || clipped.is_some() || noisy.is_some() {
-            0.0
-        } else {
-            let beside = [spots.map(|spots| spots.p), heard.map(|(heard, _)| heard.p), play.map(|(play, _)| play.p)];
-            let p_far_off = if is_far_off { 0.0 } else { 1.0 };
-            least_of([p_far_off, found.p_no_mismatch, balance.p_steady].into_iter().chain(beside.into_iter().flatten()))
-        },
+        p_no_mismatch: if is_far_off { 0.0 } else { shown.p_beside(found.p_no_mismatch) },
         noise_floor_n: balance.noise_n,
         holdout: proof.holdout,
         regions: regions.into_iter().flatten().collect(),
         unexplained: Unexplained {
             rmse_n: balance.unexplained_n,
             share_of_mismatch: balance.unexplained,
-            signature: signature.to_owned(),
+            signature: signature(&mechanisms, balance.unexplained).to_owned(),
         },
         next_experiment,
         mechanisms,
@@ -167,6 +86,63 @@ pub(crate) fn write(
         data_quality: std::mem::take(quality),
     };
     Ok((diagnosis, augmented))
+}
+
+/// What is said of the causes that were fitted, in their order.
+fn of_members(
+    nominal: &Nominal,
+    side: &Side<'_>,
+    training: &[bool],
+    found: &Found<'_>,
+    amplitudes: &[Vec<f64>],
+    balance: &Balance,
+    proof: &Proof,
+) -> Vec<(Finding, Option<Region>)> {
+    let forces: Vec<Vec<f64>> = found
+        .members
+        .iter()
+        .zip(amplitudes)
+        .map(|(member, amplitudes)| found.bench.force(&member.candidate.source, amplitudes))
+        .collect();
+    let shares = shares(&found.bench.rows, &found.bench.tangent, &forces, balance.explained());
+    let variances = found.fit.variances();
+    let of = |(at, member): (usize, &Member)| {
+        let mut finding = finding(nominal, found, &variances, at, &amplitudes[at], shares[at]);
+        finding.carried_over = proof.carried[at];
+        let region = region(side, training, &member.candidate.source, &forces[at], shares[at], &finding.id);
+        (finding, region)
+    };
+    let mut findings: Vec<(Finding, Option<Region>)> = found.members.iter().enumerate().map(of).collect();
+    doubt_beside_unknown(&mut findings, balance.unsteady.unwrap_or(0.0));
+    findings
+}
+
+/// What speaks against the augmented simulation, or against the numbers of the proof.
+fn warn(found: &Found<'_>, proof: &Proof, warnings: &mut Vec<String>) {
+    let held = &proof.holdout;
+    let is_worse =
+        held.improvement_ci95[1] < 0.0 || held.rmse_after_n > WORSE * held.rmse_before_n.min(held.rmse_calibrated_n);
+    if !found.members.is_empty() && is_worse {
+        let text = "what was found makes the error larger on the rows that were set aside: it does not carry over, and the \
+                    augmented simulation is not to be used there";
+        warnings.push(text.to_owned());
+    }
+    let (taught, scored) = (found.bench.rows.decimation(), proof.averaged);
+    if scored > taught {
+        warnings.push(format!(
+            "the error is that of averages of {scored} rows and the noise that of {taught}: what changes faster than those \
+             averages is not scored"
+        ));
+    }
+}
+
+/// What is left, in words. `unexplained`: its share of the mismatch, in square.
+fn signature(mechanisms: &[Finding], unexplained: f64) -> &'static str {
+    match mechanisms.is_empty() {
+        true => "nothing beyond the noise",
+        false if unexplained > MORE_THAN_NOISE => "more than noise is left, which no cause of the library follows",
+        false => "the rest is noise-like",
+    }
 }
 
 /// Share of what has no name beside which nothing small is sure, and the share that is small there.

@@ -4,18 +4,15 @@ use simulation::Simulation;
 use simulation::mechanism::Id;
 use simulation::run::Run;
 
+use crate::aside::Aside;
 use crate::bursts::bursts;
-use crate::events::Spots;
 use crate::found::Found;
 use crate::open_set;
 use crate::passes::LEAST_SHARE;
-use crate::play::Play;
 use crate::rest::power;
-use crate::ringing::Heard;
 use crate::sanity::quantum;
 use crate::scores::Proof;
 use crate::side::Side;
-use crate::speed::SetAside;
 
 /// p-value below which a rest counts as unsteady: an approximation is trusted no further than this far out.
 const UNSTEADY: f64 = 1e-12;
@@ -25,14 +22,6 @@ const UNSTEADY_SHARE: f64 = 0.15;
 
 /// Step of a force channel, of the noise, from which rounding shows in what is left.
 const COARSE: f64 = 0.3;
-
-/// What was found beside the fits.
-pub(crate) struct Aside<'a> {
-    pub(crate) spots: Option<&'a Spots>,
-    pub(crate) speed: Option<SetAside>,
-    pub(crate) heard: Option<&'a Heard>,
-    pub(crate) play: Option<&'a Play>,
-}
 
 /// How the squared mismatch that calibration leaves is shared out.
 pub(crate) struct Balance {

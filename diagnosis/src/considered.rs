@@ -1,7 +1,6 @@
 //! What was considered and not named, and why.
 
 use crate::bench::{Bench, Gain, Member};
-use crate::finding::id_of;
 use crate::pool::{Pool, Tolerances, ranked};
 use crate::refine::refine;
 use crate::report::Considered;
@@ -39,7 +38,7 @@ pub(crate) fn of(
             break;
         }
         let source = pool.causes[index].source.clone();
-        let id = id_of(&source);
+        let id = source.id().to_owned();
         let is_known = |member: &Member| member.candidate.source.is_kin(&source);
         if members.iter().any(is_known) || equivalents.contains(&id) || matches!(source, Source::Shift { .. }) {
             continue;

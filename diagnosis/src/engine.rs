@@ -4,7 +4,7 @@ use simulation::Simulation;
 use simulation::run::Run;
 
 use crate::answer;
-use crate::balance::Aside;
+use crate::aside::Aside;
 use crate::calibration::{Calibrated, calibrate, unbound};
 use crate::case::{Case, Given};
 use crate::condense::{condensed, factor};
@@ -189,7 +189,7 @@ fn attempt(
     }
     let aside = Aside { spots: spots.as_ref(), speed, heard: ringing.heard.as_ref(), play: play.as_ref() };
     let proof =
-        scores::score(simulation, nominal, &side, holdout, &split, coarsest, &law_only, &found, &aside, options)?;
+        scores::score(simulation, nominal, &side, holdout, &split, coarsest, &law_only, &found, &aside, options.seed)?;
     let (diagnosis, augmented) = answer::write(simulation, nominal, &side, &training, &found, &aside, proof, quality)?;
     Ok(Outcome { diagnosis, augmented: Some(augmented) })
 }

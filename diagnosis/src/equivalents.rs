@@ -6,7 +6,6 @@ use crate::bench::{Bench, Beside, Candidate, Gain, Member};
 use crate::linear::{Cholesky, Symmetric, dot, products};
 use crate::pool::{Pool, Tolerances};
 use crate::refine::refine;
-use crate::search::simplicity;
 use crate::source::Source;
 
 /// Rivals this many nats behind are still in the race.
@@ -91,7 +90,7 @@ pub(crate) fn of(
             }
         }
     }
-    candidates.sort_by_key(|candidate| simplicity(&candidate.source));
+    candidates.sort_by_key(|candidate| candidate.source.simplicity());
     let constants: Vec<Candidate> =
         candidates.iter().chain(&minimal).filter(|c| is_constant(bench, c)).cloned().collect();
     candidates.retain(|candidate| !constants.iter().any(|constant| is_with_more(candidate, constant)));

@@ -121,7 +121,7 @@ const OF_FORM: f64 = 0.03;
 
 /// What the library has no name for, modelled by the cause that comes nearest.
 fn stands_in(source: &Source, doubt: Doubt, share: f64) -> Finding {
-    let id = id_of(source);
+    let id = source.id();
     let why = match doubt {
         Doubt::Uneven => "its size is not the same throughout the recording".to_owned(),
         Doubt::WithLoad => "it does not grow with the load as that would".to_owned(),
@@ -178,9 +178,9 @@ pub(crate) fn finding(
         |column: usize| fit.active.iter().position(|a| *a == column).map_or(f64::NAN, |at| variances[at].sqrt());
     let mut equivalents: Vec<String> = Vec::new();
     for candidate in &set.candidates {
-        let id = id_of(&candidate.source);
+        let id = candidate.source.id().to_owned();
         // another number of the law has no other name
-        if !candidate.source.is_kin(source) && id != id_of(source) && !equivalents.contains(&id) {
+        if !candidate.source.is_kin(source) && id != source.id() && !equivalents.contains(&id) {
             equivalents.push(id);
         }
     }
@@ -247,7 +247,7 @@ pub(crate) fn finding(
         }
     };
     Finding {
-        id: id_of(source),
+        id: source.id().to_owned(),
         kind,
         confidence: set.confidence.min(if source.is_story() {
             TRUST_IN_CURVE
@@ -287,12 +287,4 @@ pub(crate) fn shape_deviation(bench: &Bench<'_>, fit: &Fit, member: &Member, k: 
         }
     }
     if curvature > 0.0 { 1.0 / curvature.sqrt() } else { parameter.to - parameter.from }
-}
-
-pub(crate) fn id_of(source: &Source) -> String {
-    match source {
-        Source::Mechanism { definition, .. } => definition.id.name().to_owned(),
-        Source::Shift { .. } => "parameter-shift".to_owned(),
-        Source::Story { .. } => "unknown".to_owned(),
-    }
 }

@@ -8,7 +8,6 @@ use crate::calibration::{is_tolerated, moved, shifted, way};
 use crate::case::{Case, Given};
 use crate::considered;
 use crate::equivalents::{self, Set};
-use crate::finding::id_of;
 use crate::locks::least_of;
 use crate::pool::{Pool, Tolerances};
 use crate::report::Considered;
@@ -85,7 +84,7 @@ impl<'s> Causes<'s> {
         let is_coarse = self.coarse_step_n.is_some();
         let mut sets = tell_apart(&mut bench, pool, &tolerances, &mut members, &doubts, is_coarse);
         let equivalents: Vec<String> =
-            sets.iter().flat_map(|set| &set.candidates).map(|candidate| id_of(&candidate.source)).collect();
+            sets.iter().flat_map(|set| &set.candidates).map(|candidate| candidate.source.id().to_owned()).collect();
         let considered = considered::of(&bench, pool, &tolerances, &members, &equivalents);
         let mut fit = bench.fit_members(&members);
         let mut calibrated = moved(nominal, &values, &fit.values[..values.len()]);

@@ -28,7 +28,7 @@
 //!              the simulation left out; saturation: what no curve follows
 //! equivalents  what this recording cannot tell apart; considered: what else was thought of; experiment: the next run that would, by simulation
 //! proof        rows set aside; scores: the three stages there, and what each cause does
-//! balance      who has which share of the mismatch; answer: what is said; finding, region
+//! balance      who has which share of the mismatch; shown: what shows without a fit; answer: what is said; finding, region
 //! export       the simulation file that knows what was found
 //! report       the public schema
 //! ```
@@ -40,6 +40,7 @@
 
 mod adequacy;
 mod answer;
+mod aside;
 mod balance;
 mod bench;
 mod bridge;
@@ -84,6 +85,7 @@ mod saturation;
 mod scores;
 mod search;
 mod settle;
+mod shown;
 mod side;
 mod source;
 mod spectra;

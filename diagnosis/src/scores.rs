@@ -5,8 +5,7 @@ use simulation::file::PositionReference;
 use simulation::mechanism::Context;
 use simulation::run::Run;
 
-use crate::balance::Aside;
-use crate::engine::Options;
+use crate::aside::Aside;
 use crate::found::Found;
 use crate::linear::{Cholesky, Symmetric, dot};
 use crate::nominal::Nominal;
@@ -42,7 +41,7 @@ pub(crate) fn score(
     law_only: &[f64],
     found: &Found<'_>,
     aside: &Aside<'_>,
-    options: &Options,
+    seed: u64,
 ) -> Result<Proof, String> {
     let scene = Scene {
         nominal,
@@ -57,7 +56,7 @@ pub(crate) fn score(
         let held: Vec<bool> = side.compared.iter().zip(&split.held).map(|(c, held)| *c && *held).collect();
         let scored = Rows::new(side.runs, &held, coarsest);
         let stages = scene.stages(side, split.crosses_runs)?;
-        let score = proof::score(&stages, &scored, side.step_s() * scored.decimation() as f64, options.seed);
+        let score = proof::score(&stages, &scored, side.step_s() * scored.decimation() as f64, seed);
         let carried = scene.carried(side, &stages, &scored, split.crosses_runs);
         let intervals_s = proof::intervals_s(side.runs, &split.held);
         let holdout = Holdout { description: split.description.clone(), intervals_s, ..score };
@@ -68,7 +67,7 @@ pub(crate) fn score(
     let other = Side::new(simulation, nominal, &at, moving.parts(), side.is_averaged, &mut DataQuality::default())?;
     let scored = Rows::new(holdout, &other.compared, coarsest);
     let stages = scene.stages(&other, true)?;
-    let score = proof::score(&stages, &scored, other.step_s() * scored.decimation() as f64, options.seed);
+    let score = proof::score(&stages, &scored, other.step_s() * scored.decimation() as f64, seed);
     let carried = scene.carried(&other, &stages, &scored, true);
     let names: Vec<String> = holdout.iter().map(|run| run.name.clone()).collect();
     let all = vec![true; other.drag_n.len()];
@@ -107,7 +106,7 @@ impl Scene<'_> {
     /// Whether a member is bound to places, or to a clock, that another recording does not share.
     fn is_elsewhere(&self, at: usize, crosses: bool) -> bool {
         let source = &self.found.members[at].candidate.source;
-        crosses && (is_clock(source) || (self.is_relative && is_phase_bound(source)))
+        crosses && (is_clock(source) || (self.is_relative && source.is_phase_bound()))
     }
 
     /// Force of a member; `None` where no run shows it.
@@ -176,12 +175,4 @@ fn carriers(context: &Context<'_>) -> impl Iterator<Item = [f64; 4]> {
 /// Whether a cause follows a clock of which another recording does not tell the time.
 fn is_clock(source: &Source) -> bool {
     matches!(source, Source::Story { curve } if curve.axis == Axis::Clock)
-}
-
-pub(crate) fn is_phase_bound(source: &Source) -> bool {
-    match source {
-        Source::Mechanism { definition, form, .. } => definition.forms[*form].phase_bound,
-        Source::Story { curve } => curve.axis == Axis::Position,
-        Source::Shift { .. } => false,
-    }
 }

@@ -14,7 +14,6 @@ use crate::locks::Locks;
 use crate::pool::{Pool, Tolerances, ranked};
 use crate::refine::refine;
 use crate::rest::power;
-use crate::scores::is_phase_bound;
 use crate::source::Source;
 use crate::spectrum::is_wave;
 
@@ -24,8 +23,8 @@ const MOST: usize = 6;
 /// Probability of a false name that is accepted, over all causes together.
 const ALPHA: f64 = 0.01;
 
-/// Share of all evidence below which a further cause is one only if its size is the same throughout: a form is an idealisation, and what it leaves of its own
-/// cause's force, up to a seventh of it, is a fiftieth in square.
+/// Share of all evidence below which a further cause is one only if its size is the same throughout: a form is an
+/// idealisation, and what it leaves of its own cause's force, up to a seventh of it, is a fiftieth in square.
 const FURTHER: f64 = 0.02;
 
 /// Share of all evidence below which that is not enough, and a cause must show beside what the [forms](crate::leavings) of
@@ -91,12 +90,12 @@ pub(crate) fn is_open(locks: &Locks, kinds: usize, points: usize) -> bool {
 
 /// p-value of what opened both locks, the best of `kinds` causes at `points` values.
 pub(crate) fn p_of(locks: &Locks, kinds: usize, points: usize) -> f64 {
-    let (kinds, points) = (kinds.max(1) as f64, points.max(1) as f64);
-    let by_e = (kinds.ln() + points.ln() - locks.ln_e).exp().min(1.0);
-    if locks.ln_e - points.ln() > BEYOND_NOISE {
+    let kinds = kinds.max(1) as f64;
+    let ln_e = locks.ln_e - (points.max(1) as f64).ln();
+    let by_e = (kinds.ln() - ln_e).exp().min(1.0);
+    if ln_e > BEYOND_NOISE {
         return by_e;
     }
-    let ln_e = locks.ln_e - points.ln();
     let by_blocks = (kinds.ln() - LESS * ln_e).exp().max(kinds * locks.p.powf(1.0 / MORE));
     by_e.max(locks.p * kinds).min(by_blocks).min(1.0)
 }
@@ -176,7 +175,7 @@ pub(crate) fn shows_beside_leavings(
     gain: &Gain,
     members: &[Member],
 ) -> bool {
-    if is_phase_bound(&candidate.source) {
+    if candidate.source.is_phase_bound() {
         return false;
     }
     let larger = members.iter().filter(|member| may_leave(member, candidate));
@@ -217,7 +216,7 @@ fn imitable(bench: &Bench<'_>, candidate: &Candidate, members: &[Member]) -> f64
 
 /// Whether a candidate could follow what the form of a member leaves.
 fn may_leave(member: &Member, candidate: &Candidate) -> bool {
-    is_phase_bound(&candidate.source) || !is_periodic(&member.candidate.source)
+    candidate.source.is_phase_bound() || !is_periodic(&member.candidate.source)
 }
 
 fn is_periodic(source: &Source) -> bool {
@@ -282,7 +281,7 @@ fn short_list(
     // where some tie, the simplest one leads
     let best = list.first().map_or(0.0, |(_, gain)| gain.score);
     let tied = list.iter().take_while(|(_, gain)| best - gain.score < LEADS).count();
-    if let Some(at) = (0..tied).min_by_key(|at| simplicity(&list[*at].0.source)) {
+    if let Some(at) = (0..tied).min_by_key(|at| list[*at].0.source.simplicity()) {
         list[..=at].rotate_right(1);
     }
     list
@@ -307,15 +306,6 @@ fn is_order(there: &Source, new: &Source, span_m: f64) -> bool {
     let (Some(there), Some(new)) = (length(there), length(new)) else { return false };
     let order = (there / new).round();
     (1.0..=ORDERS).contains(&order) && (1.0 / new - order / there).abs() * span_m < 0.5
-}
-
-/// Order among causes that a recording cannot tell apart: the lowest leads.
-pub(crate) fn simplicity(source: &Source) -> u8 {
-    match source {
-        Source::Mechanism { definition, .. } => definition.simplicity,
-        Source::Shift { .. } => 0,
-        Source::Story { .. } => u8::MAX,
-    }
 }
 
 /// The upgrade of a member's form that explains at least half of what a new cause would.

@@ -3,7 +3,7 @@
 
 use simulation::mechanism::{Added, Context, Definition, Id, Sign};
 
-use crate::story::Curve;
+use crate::story::{Axis, Curve};
 
 /// Where a set of columns comes from.
 #[derive(Clone, Debug)]
@@ -34,6 +34,33 @@ impl Source {
 
     pub(crate) fn is_story(&self) -> bool {
         matches!(self, Source::Story { .. })
+    }
+
+    /// Name in a report.
+    pub(crate) fn id(&self) -> &'static str {
+        match self {
+            Source::Mechanism { definition, .. } => definition.id.name(),
+            Source::Shift { .. } => "parameter-shift",
+            Source::Story { .. } => "unknown",
+        }
+    }
+
+    /// Order among causes that a recording cannot tell apart: the lowest leads.
+    pub(crate) fn simplicity(&self) -> u8 {
+        match self {
+            Source::Mechanism { definition, .. } => definition.simplicity,
+            Source::Shift { .. } => 0,
+            Source::Story { .. } => u8::MAX,
+        }
+    }
+
+    /// Whether it is tied to places.
+    pub(crate) fn is_phase_bound(&self) -> bool {
+        match self {
+            Source::Mechanism { definition, form, .. } => definition.forms[*form].phase_bound,
+            Source::Story { curve } => curve.axis == Axis::Position,
+            Source::Shift { .. } => false,
+        }
     }
 
     /// Whether it is the first form of a mechanism.

@@ -22,7 +22,6 @@ use simulation::mechanism::Id;
 use crate::bench::{Candidate, without};
 use crate::calibration::prior;
 use crate::equivalents::{NEAR, text};
-use crate::finding::id_of;
 use crate::found::Found;
 use crate::linear::Symmetric;
 use crate::nominal::Nominal;
@@ -87,7 +86,7 @@ pub(crate) fn next(nominal: &Nominal, side: &Side<'_>, found: &Found<'_>, at: us
         if candidate.source.is_story() {
             return None;
         }
-        if rivals.len() < MOST_RIVALS && !rivals.iter().any(|other| id_of(&other.source) == id_of(&candidate.source)) {
+        if rivals.len() < MOST_RIVALS && !rivals.iter().any(|other| other.source.id() == candidate.source.id()) {
             rivals.push(candidate);
         }
     }
@@ -155,7 +154,7 @@ pub(crate) fn next(nominal: &Nominal, side: &Side<'_>, found: &Found<'_>, at: us
                 minutes: offer.entry.minutes,
             })
             .collect(),
-        told: told.iter().map(|at| id_of(kept[*at])).collect(),
+        told: told.iter().map(|at| kept[*at].id().to_owned()).collect(),
     })
 }
 
@@ -203,7 +202,7 @@ fn said(code: &str, rivals: &[&Source]) -> String {
         None => f64::from(!is_free(code)),
     };
     let which = |of: &dyn Fn(f64) -> bool| -> String {
-        let names: Vec<String> = rivals.iter().filter(|s| of(factor(s))).map(|s| id_of(s)).collect();
+        let names: Vec<String> = rivals.iter().filter(|s| of(factor(s))).map(|s| s.id().to_owned()).collect();
         names.join(" or ")
     };
     let (gone, turned, more, stays) =
