@@ -4,28 +4,28 @@ use simulation::Simulation;
 use simulation::run::Run;
 
 use crate::answer;
-use crate::aside::Aside;
+use crate::answer::aside::Aside;
+use crate::answer::play::Play;
+use crate::answer::proof::Split;
+use crate::answer::scores;
+use crate::beside::events;
+use crate::beside::ringing;
+use crate::beside::speed;
 use crate::calibration::{Calibrated, calibrate, unbound};
-use crate::case::{Case, Given};
-use crate::condense::{condensed, factor};
-use crate::edges::Edges;
-use crate::events;
-use crate::found::Found;
-use crate::law_alone::law_alone;
+use crate::fit::edges::Edges;
+use crate::fit::rest::power;
+use crate::noise::rows::Rows;
 use crate::nominal::Nominal;
-use crate::passes;
-use crate::play::Play;
-use crate::proof::Split;
+use crate::numbers::statistics::rms;
+use crate::recording::condense::{condensed, factor};
+use crate::recording::resolution::coarsest;
+use crate::recording::sanity;
+use crate::recording::side::{Moving, Side};
 use crate::report::{DataQuality, Diagnosis, Holdout, SCHEMA, Unexplained, Verdict};
-use crate::resolution::coarsest;
-use crate::rest::power;
-use crate::ringing;
-use crate::rows::Rows;
-use crate::sanity;
-use crate::scores;
-use crate::side::{Moving, Side};
-use crate::speed;
-use crate::statistics::rms;
+use crate::search::case::{Case, Given};
+use crate::search::found::Found;
+use crate::search::law_alone::law_alone;
+use crate::search::passes;
 
 /// How to diagnose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -5,12 +5,12 @@ use simulation::Simulation;
 use simulation::mechanism::{Context, Id, Search};
 use simulation::profile::Course;
 
-use crate::bench::{Candidate, Member};
-use crate::found::Found;
+use crate::fit::bench::{Candidate, Member};
+use crate::fit::source::{Source, raw_columns};
 use crate::nominal::Nominal;
+use crate::recording::sanity::compared;
 use crate::report::DataQuality;
-use crate::sanity::compared;
-use crate::source::{Source, raw_columns};
+use crate::search::found::Found;
 
 use super::menu::{Entry, KNOWN_MASS_KG, added_mass_kg, dead_weight_n, is_free, left_of};
 use super::scene::Scene;

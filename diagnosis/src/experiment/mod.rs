@@ -19,15 +19,15 @@ mod separation;
 
 use simulation::mechanism::Id;
 
-use crate::bench::{Candidate, without};
 use crate::calibration::prior;
-use crate::equivalents::{NEAR, text};
-use crate::found::Found;
-use crate::linear::Symmetric;
+use crate::fit::bench::{Candidate, without};
+use crate::fit::source::Source;
 use crate::nominal::Nominal;
+use crate::numbers::linear::Symmetric;
+use crate::recording::side::Side;
 use crate::report::{Alternative, NextExperiment};
-use crate::side::Side;
-use crate::source::Source;
+use crate::search::equivalents::{NEAR, text};
+use crate::search::found::Found;
 
 use columns::{Parts, of_recording, of_run};
 use menu::{Entry, MENU, is_free, left_of, touches};
@@ -239,10 +239,10 @@ mod tests {
 
     use super::*;
     use crate::calibration::{Calibrated, calibrate};
-    use crate::case::{Case, Given};
-    use crate::passes;
+    use crate::noise::rows::Rows;
     use crate::report::DataQuality;
-    use crate::rows::Rows;
+    use crate::search::case::{Case, Given};
+    use crate::search::passes;
 
     /// The cheapest dozen runs of 30 s at 200 Hz, all at one preload.
     fn dozen(simulation: &Simulation) -> Vec<Run> {

@@ -6,7 +6,7 @@ use simulation::motion::Motion;
 use simulation::profile::{Conditions, Course, Staircase, Unfit};
 use simulation::run::{Break, Part, Run};
 
-use crate::side::Side;
+use crate::recording::side::Side;
 
 /// Acceleration of the ramps, m/s².
 const ACCELERATION_M_S2: f64 = 0.5;

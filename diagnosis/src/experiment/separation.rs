@@ -12,7 +12,7 @@
 
 use std::ops::Range;
 
-use crate::linear::{Cholesky, Symmetric, dot};
+use crate::numbers::linear::{Cholesky, Symmetric, dot};
 
 /// Share of a force that rounding leaves of it.
 const ROUNDING: f64 = 1e-6;

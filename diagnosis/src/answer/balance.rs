@@ -1,0 +1,124 @@
+//! How the squared mismatch that calibration leaves is shared out among what was found.
+
+use simulation::Simulation;
+use simulation::mechanism::Id;
+use simulation::run::Run;
+
+use crate::answer::aside::Aside;
+use crate::answer::scores::Proof;
+use crate::beside::bursts::bursts;
+use crate::fit::rest::power;
+use crate::recording::sanity::quantum;
+use crate::recording::side::Side;
+use crate::search::found::Found;
+use crate::search::open_set;
+use crate::search::passes::LEAST_SHARE;
+
+/// p-value below which a rest counts as unsteady: an approximation is trusted no further than this far out.
+const UNSTEADY: f64 = 1e-12;
+
+/// Share of the mismatch that an unsteady rest must have.
+const UNSTEADY_SHARE: f64 = 0.15;
+
+/// Step of a force channel, of the noise, from which rounding shows in what is left.
+const COARSE: f64 = 0.3;
+
+/// How the squared mismatch that calibration leaves is shared out.
+pub(crate) struct Balance {
+    pub(crate) noise_n: f64,
+    /// RMS of what nothing explains, N.
+    pub(crate) unexplained_n: f64,
+    /// Shares.
+    pub(crate) unexplained: f64,
+    pub(crate) unsteady: Option<f64>,
+    pub(crate) p_steady: f64,
+    pub(crate) rounding: Option<f64>,
+    pub(crate) clipped: Option<f64>,
+    pub(crate) spots: Option<f64>,
+    pub(crate) speed: Option<f64>,
+    pub(crate) heard: Option<f64>,
+    pub(crate) play: Option<f64>,
+}
+
+impl Balance {
+    /// What comes and goes no curve follows: it is in the noise until it is told from it, and so is what rounding adds.
+    pub(crate) fn of(
+        simulation: &Simulation,
+        side: &Side<'_>,
+        found: &Found<'_>,
+        Aside { spots, speed, heard, play }: &Aside<'_>,
+        proof: &Proof,
+    ) -> Self {
+        let rows = &found.bench.rows;
+        let is_known = |id: Id| {
+            simulation.mechanisms.iter().any(|added| added.id == id)
+                || found
+                    .members
+                    .iter()
+                    .zip(&found.doubts)
+                    .any(|(m, doubt)| doubt.is_none() && m.candidate.source.is(id))
+        };
+        let (before, after) = (power(rows, &proof.own.calibrated), power(rows, &proof.own.after));
+        let noise = found.noise_n * found.noise_n;
+        let rounding = found.coarse_step_n.filter(|_| !is_known(Id::ForceQuantisation));
+        let rounding = rounding.map(|step| (step * step / 12.0).min(0.9 * noise));
+        let unsteady = open_set::unsteady(&found.bench.rest(&found.fit), &rows.groups);
+        let coherent = unsteady.share * noise;
+        // what rounding leaves is noise that follows the force: it comes and goes with it
+        let rounds = |run: &Run| quantum(&run.drag_force_n).is_some_and(|step| step > COARSE * found.noise_n);
+        let heard = heard.filter(|_| !is_known(Id::StructuralResonance)).map(|heard| heard.power_n2.min(0.9 * noise));
+        let is_smooth = spots.is_none() && heard.is_none() && !side.runs.iter().any(rounds);
+        let is_worth_it = |power: f64| power > UNSTEADY_SHARE * (before - noise + power);
+        let is_unsteady = is_smooth && unsteady.p < UNSTEADY && is_worth_it(coherent);
+        // beside a name, what its form leaves may stand out
+        let is_bare = is_smooth && found.members.is_empty() && play.is_none();
+        let bursts = if is_bare { bursts(side, &proof.own.calibrated) } else { None };
+        let bursts = bursts.map(|bursts| (bursts.p, bursts.power_n2.min(0.9 * noise)));
+        let (is_unsteady, p_steady, coherent) = match bursts {
+            Some((p, power)) if is_worth_it(power) => (true, p.min(unsteady.p), coherent.max(power)),
+            _ => (is_unsteady, unsteady.p, coherent),
+        };
+        let is_clipped = side.limit_n.is_some() && !is_known(Id::ForceSaturation);
+        let clipped = is_clipped.then(|| {
+            let of = proof.own.calibrated.iter().zip(&side.clipped).filter(|(x, clipped)| **clipped && x.is_finite());
+            of.map(|(x, _)| x * x).sum::<f64>() / rows.len().max(1) as f64
+        });
+        let in_noise = if is_unsteady { coherent } else { heard.or(rounding).unwrap_or(0.0) };
+        let noise = noise - in_noise;
+        let spots = spots.map(|spots| spots.squares_n2 / rows.len().max(1) as f64);
+        // rows that are not compared and a speed that is not believed have their part in the mismatch all the same
+        let speed = speed.map(|speed| speed.power_n2);
+        let play = play.map(|play| play.squares_n2 / rows.len().max(1) as f64);
+        let aside: f64 = [clipped, spots, speed, play].into_iter().flatten().sum();
+        let mismatch = (before - noise).max(1e-3 * before) + aside;
+        let share = |power: f64| (power / mismatch).clamp(0.0, 1.0);
+        let mut balance = Balance {
+            noise_n: noise.sqrt(),
+            unexplained_n: (after - noise).max(0.0).sqrt(),
+            unexplained: (share(after - noise) - share(in_noise)).max(0.0),
+            unsteady: is_unsteady.then(|| share(in_noise)),
+            p_steady: if is_unsteady { p_steady } else { 1.0 },
+            rounding: rounding.map(share),
+            clipped: clipped.map(share),
+            spots: spots.map(share).filter(|share| *share > LEAST_SHARE),
+            speed: speed.map(share),
+            heard: heard.map(share),
+            play: play.map(share),
+        };
+        if found.members.is_empty() {
+            balance.unexplained = (1.0 - balance.beside_fits()).max(0.0);
+        }
+        balance
+    }
+
+    /// Share of what was found without a fit.
+    fn beside_fits(&self) -> f64 {
+        let Balance { unsteady, rounding, clipped, spots, speed, heard, play, .. } = self;
+        [unsteady, rounding, clipped, spots, speed, heard, play].into_iter().copied().flatten().sum()
+    }
+
+    /// Share that fitted causes have.
+    pub(crate) fn explained(&self) -> f64 {
+        (1.0 - self.unexplained - self.beside_fits()).max(0.0)
+    }
+}

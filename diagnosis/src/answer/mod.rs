@@ -1,0 +1,270 @@
+//! The diagnosis and the augmented simulation, written down from what was found.
+//!
+//! ```text
+//! proof        rows that are set aside; scores: the three stages there, and what each cause does
+//! aside        what was found beside the fits; play: a coupling with a gap, told before what is beside it
+//! balance      who has which share of the mismatch
+//! finding      what is said of a cause; region: where it acts; shown: what shows without a fit
+//! export       the simulation file that knows what was found
+//! ```
+
+pub(crate) mod aside;
+pub(crate) mod balance;
+pub(crate) mod export;
+pub(crate) mod finding;
+pub(crate) mod play;
+pub(crate) mod proof;
+pub(crate) mod region;
+pub(crate) mod scores;
+pub(crate) mod shown;
+
+use simulation::Simulation;
+use simulation::mechanism::Id;
+
+use crate::answer::aside::Aside;
+use crate::answer::balance::Balance;
+use crate::answer::finding::{far_off, finding};
+use crate::answer::region::region;
+use crate::answer::scores::Proof;
+use crate::answer::shown::Shown;
+use crate::experiment;
+use crate::fit::bench::Member;
+use crate::fit::rest::shares;
+use crate::fit::source::added;
+use crate::nominal::Nominal;
+use crate::recording::side::Side;
+use crate::report::{DataQuality, Diagnosis, Finding, NextExperiment, Region, SCHEMA, Unexplained, Verdict};
+use crate::search::equivalents;
+use crate::search::found::Found;
+use crate::search::refit;
+
+/// Error on rows that were set aside, of that of the simulation as it was given, from which on a warning is due.
+const WORSE: f64 = 1.1;
+
+/// What is left, of the noise, from which a simulation that nothing was found beside does not match.
+const FAR_OFF: f64 = 3.0;
+
+/// Share of the mismatch, in square, that is left and not said to be noise-like.
+const MORE_THAN_NOISE: f64 = 0.1;
+
+/// Writes both.
+#[expect(clippy::too_many_arguments, reason = "what was found, and where it is written down")]
+pub(crate) fn write(
+    simulation: &Simulation,
+    nominal: &Nominal,
+    side: &Side<'_>,
+    training: &[bool],
+    found: &Found<'_>,
+    aside: &Aside<'_>,
+    proof: Proof,
+    quality: &mut DataQuality,
+) -> Result<(Diagnosis, Simulation), String> {
+    let balance = Balance::of(simulation, side, found, aside, &proof);
+    let shown = Shown::of(side, found, aside, &balance);
+    let amplitudes = found.amplitudes();
+    let mut findings = of_members(nominal, side, training, found, &amplitudes, &balance, &proof);
+    let fitted = found.members.iter().position(|member| member.candidate.source.is(Id::StructuralResonance));
+    let beside = shown.findings(fitted.map(|at| &mut findings[at].0));
+    findings.extend(beside);
+    let least_n = found.irrelevant_n.max(FAR_OFF * balance.noise_n);
+    let is_far_off = found.members.is_empty() && balance.unexplained_n > least_n;
+    findings.extend(is_far_off.then(|| (far_off(balance.unexplained), None)));
+    let next_experiment = next_experiment(nominal, side, found, &findings);
+    findings.sort_by(|a, b| b.0.share_of_mismatch.total_cmp(&a.0.share_of_mismatch));
+    let (mechanisms, regions): (Vec<Finding>, Vec<Option<Region>>) = with_one_unknown(findings).into_iter().unzip();
+    let mut written = (found.with_shifts.clone(), amplitudes);
+    if nominal.is_incomplete() && !found.members.is_empty() {
+        match refit::together(simulation, nominal, side, training, found)? {
+            Some(both) => written = both,
+            None => quality.warnings.push(
+                "law and causes do not come to rest together: the augmented simulation is only near what was found"
+                    .to_owned(),
+            ),
+        }
+    }
+    let mut augmented = augmented(nominal, &written.0, &found.members, &written.1, &mut quality.warnings);
+    augmented.mechanisms.extend(shown.added(balance.noise_n, simulation.axis.moved_mass_kg.unwrap_or(0.0)));
+    warn(found, &proof, &mut quality.warnings);
+    let diagnosis = Diagnosis {
+        schema: SCHEMA,
+        verdict: verdict(&mechanisms, balance.unexplained),
+        p_no_mismatch: if is_far_off { 0.0 } else { shown.p_beside(found.p_no_mismatch) },
+        noise_floor_n: balance.noise_n,
+        holdout: proof.holdout,
+        regions: regions.into_iter().flatten().collect(),
+        unexplained: Unexplained {
+            rmse_n: balance.unexplained_n,
+            share_of_mismatch: balance.unexplained,
+            signature: signature(&mechanisms, balance.unexplained).to_owned(),
+        },
+        next_experiment,
+        mechanisms,
+        considered: found.considered.clone(),
+        data_quality: std::mem::take(quality),
+    };
+    Ok((diagnosis, augmented))
+}
+
+/// What is said of the causes that were fitted, in their order.
+fn of_members(
+    nominal: &Nominal,
+    side: &Side<'_>,
+    training: &[bool],
+    found: &Found<'_>,
+    amplitudes: &[Vec<f64>],
+    balance: &Balance,
+    proof: &Proof,
+) -> Vec<(Finding, Option<Region>)> {
+    let forces: Vec<Vec<f64>> = found
+        .members
+        .iter()
+        .zip(amplitudes)
+        .map(|(member, amplitudes)| found.bench.force(&member.candidate.source, amplitudes))
+        .collect();
+    let shares = shares(&found.bench.rows, &found.bench.tangent, &forces, balance.explained());
+    let variances = found.fit.variances();
+    let of = |(at, member): (usize, &Member)| {
+        let mut finding = finding(nominal, found, &variances, at, &amplitudes[at], shares[at]);
+        finding.carried_over = proof.carried[at];
+        let region = region(side, training, &member.candidate.source, &forces[at], shares[at], &finding.id);
+        (finding, region)
+    };
+    let mut findings: Vec<(Finding, Option<Region>)> = found.members.iter().enumerate().map(of).collect();
+    doubt_beside_unknown(&mut findings, balance.unsteady.unwrap_or(0.0));
+    findings
+}
+
+/// What speaks against the augmented simulation, or against the numbers of the proof.
+fn warn(found: &Found<'_>, proof: &Proof, warnings: &mut Vec<String>) {
+    let held = &proof.holdout;
+    let is_worse =
+        held.improvement_ci95[1] < 0.0 || held.rmse_after_n > WORSE * held.rmse_before_n.min(held.rmse_calibrated_n);
+    if !found.members.is_empty() && is_worse {
+        let text = "what was found makes the error larger on the rows that were set aside: it does not carry over, and the \
+                    augmented simulation is not to be used there";
+        warnings.push(text.to_owned());
+    }
+    let (taught, scored) = (found.bench.rows.decimation(), proof.averaged);
+    if scored > taught {
+        warnings.push(format!(
+            "the error is that of averages of {scored} rows and the noise that of {taught}: what changes faster than those \
+             averages is not scored"
+        ));
+    }
+}
+
+/// What is left, in words. `unexplained`: its share of the mismatch, in square.
+fn signature(mechanisms: &[Finding], unexplained: f64) -> &'static str {
+    match mechanisms.is_empty() {
+        true => "nothing beyond the noise",
+        false if unexplained > MORE_THAN_NOISE => "more than noise is left, which no cause of the library follows",
+        false => "the rest is noise-like",
+    }
+}
+
+/// Share of what has no name beside which nothing small is sure, and the share that is small there.
+const MOSTLY_UNKNOWN: f64 = 0.5;
+const SMALL_BESIDE: f64 = 0.15;
+
+/// Takes small causes for a part of what has no name, where that is most of the mismatch. `more`: share without a name
+/// beside the findings.
+fn doubt_beside_unknown(findings: &mut [(Finding, Option<Region>)], more: f64) {
+    let is_unknown = |finding: &Finding| finding.kind == "unknown";
+    let unknown: f64 = findings.iter().filter(|(f, _)| is_unknown(f)).map(|(f, _)| f.share_of_mismatch).sum();
+    if unknown + more < MOSTLY_UNKNOWN {
+        return;
+    }
+    for (finding, _) in findings.iter_mut().filter(|(f, _)| !is_unknown(f) && f.share_of_mismatch < SMALL_BESIDE) {
+        let statement = format!(
+            "Something that the library has no name for; {} follows a small part of it and is kept in the augmented \
+             simulation.",
+            finding.id
+        );
+        *finding = Finding {
+            id: "unknown".to_owned(),
+            kind: "unknown",
+            equivalents: Vec::new(),
+            parameters: Vec::new(),
+            statement,
+            ..finding.clone()
+        };
+    }
+}
+
+/// All that has no name as one finding: the largest speaks for it.
+fn with_one_unknown(findings: Vec<(Finding, Option<Region>)>) -> Vec<(Finding, Option<Region>)> {
+    let mut written: Vec<(Finding, Option<Region>)> = Vec::new();
+    for (finding, region) in findings {
+        match written.iter_mut().find(|(other, _)| other.kind == "unknown" && finding.kind == "unknown") {
+            Some((largest, _)) => largest.share_of_mismatch += finding.share_of_mismatch,
+            None => written.push((finding, region)),
+        }
+    }
+    written.sort_by(|a, b| b.0.share_of_mismatch.total_cmp(&a.0.share_of_mismatch));
+    written
+}
+
+fn verdict(mechanisms: &[Finding], unexplained: f64) -> Verdict {
+    let unknown: f64 = mechanisms.iter().filter(|f| f.kind == "unknown").map(|f| f.share_of_mismatch).sum();
+    if mechanisms.is_empty() {
+        Verdict::Match
+    } else if unknown > 0.5 {
+        Verdict::Unexplained
+    } else if mechanisms.iter().any(|f| !f.equivalents.is_empty()) {
+        Verdict::Ambiguous
+    } else if unknown > 0.0 && unexplained + unknown > 0.5 {
+        Verdict::Unexplained
+    } else {
+        Verdict::Explained
+    }
+}
+
+/// The run that settles the largest finding that is open. `findings`: those of the members first, in their order.
+fn next_experiment(
+    nominal: &Nominal,
+    side: &Side<'_>,
+    found: &Found<'_>,
+    findings: &[(Finding, Option<Region>)],
+) -> Option<NextExperiment> {
+    let open = |(finding, _): &(Finding, Option<Region>)| !finding.equivalents.is_empty();
+    let largest = |best: usize, at: usize| {
+        if findings[at].0.share_of_mismatch > findings[best].0.share_of_mismatch { at } else { best }
+    };
+    let code = match (0..findings.len()).filter(|at| open(&findings[*at])).reduce(largest) {
+        Some(at) => {
+            if at < found.members.len()
+                && let Some(next) = experiment::next(nominal, side, found, at)
+            {
+                return Some(next);
+            }
+            let mut ids = findings[at].0.equivalents.clone();
+            ids.insert(0, findings[at].0.id.clone());
+            equivalents::advice(&ids)?
+        }
+        None if findings.iter().any(|(f, _)| f.kind == "unknown") => "repeat-later",
+        None => return None,
+    };
+    Some(NextExperiment::advised(code, equivalents::text(code)))
+}
+
+/// The simulation with what was found; what a file cannot hold is said in the warnings.
+fn augmented(
+    nominal: &Nominal,
+    values: &[f64],
+    members: &[Member],
+    amplitudes: &[Vec<f64>],
+    warnings: &mut Vec<String>,
+) -> Simulation {
+    let complete = nominal.completed(values);
+    let mut simulation = match export::calibrated(&complete, &nominal.factors(values)) {
+        Ok(calibrated) => calibrated,
+        Err(why) => {
+            warnings.push(format!("the augmented simulation keeps the given parameters: {why}"));
+            complete
+        }
+    };
+    for (member, amplitudes) in members.iter().zip(amplitudes) {
+        simulation.mechanisms.extend(added(&member.candidate.source, amplitudes));
+    }
+    simulation
+}

@@ -1,0 +1,83 @@
+//! Play of a coupling, told before what is beside it.
+//!
+//! Within the gap no force arrives, beyond it all of it does. Where exactly one becomes the other neither the encoder nor
+//! the rows resolve, and every row on the wrong side is off by the whole drag: a handful of them outweighs all else. Once
+//! play is found, the rows up to its edge are set aside, and the search looks at the others.
+
+use simulation::mechanism::{Added, Context, Id};
+
+use crate::answer::finding::finding;
+use crate::answer::region::region;
+use crate::fit::source::{Source, added, raw_columns, weighted};
+use crate::nominal::Nominal;
+use crate::recording::side::Side;
+use crate::report::{Finding, Region};
+use crate::search::found::Found;
+
+/// Travel beyond the edge that may lie before it, of the gap, and at least, m: what an encoder of a micrometre does not
+/// tell.
+const BEYOND: f64 = 0.5;
+const AT_LEAST_M: f64 = 3e-6;
+
+/// Play that was found.
+pub(crate) struct Play {
+    source: Source,
+    amplitudes: Vec<f64>,
+    /// As the report has it, but for its share.
+    finding: Finding,
+    region: Option<Region>,
+    /// Squared force, summed over the rows that are compared, N².
+    pub(crate) squares_n2: f64,
+    /// p-value of nothing being missing.
+    pub(crate) p: f64,
+}
+
+impl Play {
+    /// What a search has found of it, unless it is in doubt.
+    pub(crate) fn of(nominal: &Nominal, side: &Side<'_>, training: &[bool], found: &Found<'_>) -> Option<Self> {
+        let is_play = |at: &usize| found.members[*at].candidate.source.is(Id::CouplingBacklash);
+        let at = (0..found.members.len()).find(is_play).filter(|at| found.doubts[*at].is_none())?;
+        let source = found.members[at].candidate.source.clone();
+        let amplitudes = found.amplitudes().swap_remove(at);
+        let force = found.bench.force(&source, &amplitudes);
+        let compared = force.iter().zip(training).filter(|(_, compared)| **compared);
+        Some(Play {
+            squares_n2: compared.map(|(force, _)| force * force).sum(),
+            finding: finding(nominal, found, &found.fit.variances(), at, &amplitudes, 0.0),
+            region: region(side, training, &source, &force, 0.0, Id::CouplingBacklash.name()),
+            p: found.p_no_mismatch,
+            source,
+            amplitudes,
+        })
+    }
+
+    /// Travel since the force has turned from which on all of it arrives, m.
+    pub(crate) fn edge_m(&self) -> f64 {
+        let Source::Mechanism { shape, .. } = &self.source else { return 0.0 };
+        let gap_m = shape.first().copied().unwrap_or(0.0);
+        gap_m + shape.get(1).copied().unwrap_or(0.0) + (BEYOND * gap_m).max(AT_LEAST_M)
+    }
+
+    /// Takes the rows up to the edge out of the training.
+    pub(crate) fn set_aside(&self, side: &Side<'_>, training: &mut [bool]) {
+        let edge_m = self.edge_m();
+        let since_m = side.contexts.iter().flat_map(Context::since_push_m);
+        training.iter_mut().zip(since_m).for_each(|(training, since_m)| *training &= since_m > edge_m);
+    }
+
+    /// Its force over the rows of all runs, N.
+    pub(crate) fn force(&self, contexts: &[Context<'_>]) -> Vec<f64> {
+        raw_columns(&self.source, contexts).map(|columns| weighted(&columns, &self.amplitudes)).unwrap_or_default()
+    }
+
+    /// What is reported with this share of the mismatch.
+    pub(crate) fn reported(&self, share: f64) -> (Finding, Option<Region>) {
+        let finding = Finding { share_of_mismatch: share, ..self.finding.clone() };
+        (finding, self.region.clone().map(|region| Region { share, ..region }))
+    }
+
+    /// For a simulation file.
+    pub(crate) fn added(&self) -> Option<Added> {
+        added(&self.source, &self.amplitudes)
+    }
+}

@@ -1,0 +1,178 @@
+//! The three stages on rows that no step of the search has seen, and what each cause does there.
+
+use simulation::Simulation;
+use simulation::file::PositionReference;
+use simulation::mechanism::Context;
+use simulation::run::Run;
+
+use crate::answer::aside::Aside;
+use crate::answer::play::Play;
+use crate::answer::proof::{self, Split, Stages};
+use crate::fit::source::{Source, raw_columns, weighted};
+use crate::fit::story::Axis;
+use crate::noise::rows::Rows;
+use crate::nominal::Nominal;
+use crate::numbers::linear::{Cholesky, Symmetric, dot};
+use crate::numbers::statistics::rms;
+use crate::recording::side::{Moving, Side};
+use crate::report::{DataQuality, Holdout};
+use crate::search::found::Found;
+
+/// Scores, and residuals of the recordings that taught.
+pub(crate) struct Proof {
+    pub(crate) holdout: Holdout,
+    /// Whether each member lowered the error on the scored rows; `None` where it says nothing about them.
+    pub(crate) carried: Vec<Option<bool>>,
+    /// Residuals on all rows that taught or were set aside.
+    pub(crate) own: Stages,
+    /// Scored rows that are averaged to one.
+    pub(crate) averaged: usize,
+}
+
+/// Scores what was found.
+#[expect(clippy::too_many_arguments, reason = "what was found, and where it is scored")]
+pub(crate) fn score(
+    simulation: &Simulation,
+    nominal: &Nominal,
+    side: &Side<'_>,
+    holdout: &[Run],
+    split: &Split,
+    coarsest: usize,
+    law_only: &[f64],
+    found: &Found<'_>,
+    aside: &Aside<'_>,
+    seed: u64,
+) -> Result<Proof, String> {
+    let scene = Scene {
+        nominal,
+        found,
+        play: aside.play,
+        law_only,
+        given: if nominal.is_incomplete() { law_only.to_vec() } else { nominal.start() },
+        is_relative: simulation.axis.position_reference == PositionReference::Relative,
+    };
+    let own = scene.stages(side, false)?;
+    if holdout.is_empty() {
+        let held: Vec<bool> = side.compared.iter().zip(&split.held).map(|(c, held)| *c && *held).collect();
+        let scored = Rows::new(side.runs, &held, coarsest);
+        let stages = scene.stages(side, split.crosses_runs)?;
+        let score = proof::score(&stages, &scored, side.step_s() * scored.decimation() as f64, seed);
+        let carried = scene.carried(side, &stages, &scored, split.crosses_runs);
+        let intervals_s = proof::intervals_s(side.runs, &split.held);
+        let holdout = Holdout { description: split.description.clone(), intervals_s, ..score };
+        return Ok(Proof { holdout, carried, own, averaged: scored.decimation() });
+    }
+    let moving = Moving::of(holdout);
+    let at = if nominal.is_incomplete() { law_only.to_vec() } else { nominal.start() };
+    let other = Side::new(simulation, nominal, &at, moving.parts(), side.is_averaged, &mut DataQuality::default())?;
+    let scored = Rows::new(holdout, &other.compared, coarsest);
+    let stages = scene.stages(&other, true)?;
+    let score = proof::score(&stages, &scored, other.step_s() * scored.decimation() as f64, seed);
+    let carried = scene.carried(&other, &stages, &scored, true);
+    let names: Vec<String> = holdout.iter().map(|run| run.name.clone()).collect();
+    let all = vec![true; other.drag_n.len()];
+    let description = format!("{} other recording(s): {}", holdout.len(), names.join(", "));
+    let holdout = Holdout { description, intervals_s: proof::intervals_s(holdout, &all), ..score };
+    Ok(Proof { holdout, carried, own, averaged: scored.decimation() })
+}
+
+struct Scene<'a> {
+    nominal: &'a Nominal,
+    found: &'a Found<'a>,
+    play: Option<&'a Play>,
+    law_only: &'a [f64],
+    given: Vec<f64>,
+    is_relative: bool,
+}
+
+impl Scene<'_> {
+    fn stages(&self, side: &Side<'_>, crosses: bool) -> Result<Stages, String> {
+        let mut after = side.residual(self.nominal, &self.found.with_shifts)?;
+        for at in 0..self.found.members.len() {
+            let force = match self.is_elsewhere(at, crosses) {
+                true => self.without_place(&side.contexts, at),
+                false => self.force(&side.contexts, at),
+            };
+            for (after, force) in after.iter_mut().zip(force.unwrap_or_default()) {
+                *after -= force;
+            }
+        }
+        let play = self.play.map(|play| play.force(&side.contexts)).unwrap_or_default();
+        after.iter_mut().zip(play).for_each(|(after, force)| *after -= force);
+        let before = side.residual(self.nominal, &self.given)?;
+        Ok(Stages { before, calibrated: side.residual(self.nominal, self.law_only)?, after })
+    }
+
+    /// Whether a member is bound to places, or to a clock, that another recording does not share.
+    fn is_elsewhere(&self, at: usize, crosses: bool) -> bool {
+        let source = &self.found.members[at].candidate.source;
+        crosses && (is_clock(source) || (self.is_relative && source.is_phase_bound()))
+    }
+
+    /// Force of a member; `None` where no run shows it.
+    fn force(&self, contexts: &[Context<'_>], at: usize) -> Option<Vec<f64>> {
+        let member = &self.found.members[at];
+        let source = &member.candidate.source;
+        let amplitudes: Vec<f64> = member.base.iter().map(|base| self.found.fit.value_of(*base)).collect();
+        Some(weighted(&raw_columns(source, contexts)?, &amplitudes))
+    }
+
+    /// What can be said of a member where places are not those that taught: its mean along the stroke, in either direction
+    /// and as far as it goes with the law's force.
+    fn without_place(&self, contexts: &[Context<'_>], at: usize) -> Option<Vec<f64>> {
+        let bench = &self.found.bench;
+        let taught = self.force(bench.contexts, at)?;
+        let mut a = Symmetric::zeros(4);
+        let mut b = vec![0.0; 4];
+        let rows = taught.iter().zip(bench.contexts.iter().flat_map(carriers)).zip(&bench.compared);
+        for ((force, carriers), _) in rows.filter(|(_, compared)| **compared) {
+            for i in 0..4 {
+                b[i] += carriers[i] * force;
+                (0..=i).for_each(|j| a.add(i, j, carriers[i] * carriers[j]));
+            }
+        }
+        let mean = Cholesky::of(&a).solve(&b);
+        Some(contexts.iter().flat_map(carriers).map(|carriers| dot(&carriers, &mean)).collect())
+    }
+
+    /// Whether the error would be larger without each member, everything else as it was found.
+    fn carried(&self, side: &Side<'_>, stages: &Stages, scored: &Rows, crosses: bool) -> Vec<Option<bool>> {
+        let after = scored.plain(&stages.after);
+        let members = self.found.members.iter().enumerate();
+        members
+            .map(|(at, member)| {
+                let force = match &member.candidate.source {
+                    Source::Shift { parameter } => {
+                        let mut values = self.found.with_shifts.clone();
+                        values[*parameter] = 0.0;
+                        let without = side.residual(self.nominal, &values).ok()?;
+                        without
+                            .iter()
+                            .zip(side.residual(self.nominal, &self.found.with_shifts).ok()?)
+                            .map(|(a, b)| a - b)
+                            .collect()
+                    }
+                    _ if self.is_elsewhere(at, crosses) => return None,
+                    _ => self.force(&side.contexts, at)?,
+                };
+                let force = scored.plain(&force);
+                let without: Vec<f64> = after.iter().zip(&force).map(|(after, force)| after + force).collect();
+                (rms(&force) > 0.0).then(|| rms(&after) < rms(&without))
+            })
+            .collect()
+    }
+}
+
+/// What a force without a place may go with, row by row: nothing, the direction, the law's force in both directions alike
+/// and in each its own way.
+fn carriers(context: &Context<'_>) -> impl Iterator<Item = [f64; 4]> {
+    context.direction.iter().zip(&context.steady.force_n).map(|(direction, force)| {
+        let force = if force.is_finite() { *force } else { 0.0 };
+        [1.0, *direction, force, direction * force]
+    })
+}
+
+/// Whether a cause follows a clock of which another recording does not tell the time.
+fn is_clock(source: &Source) -> bool {
+    matches!(source, Source::Story { curve } if curve.axis == Axis::Clock)
+}

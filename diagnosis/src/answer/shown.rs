@@ -1,0 +1,91 @@
+//! What shows by itself, without a fit: in a channel, in its spectrum, or in what a search leaves.
+
+use simulation::mechanism::{Added, Id};
+
+use crate::answer::aside::Aside;
+use crate::answer::balance::Balance;
+use crate::answer::finding::{comes_and_goes, contamination, quantisation, resonance, saturation, speed_noise};
+use crate::answer::play::Play;
+use crate::beside::events::Spots;
+use crate::beside::ringing::Heard;
+use crate::beside::speed::SetAside;
+use crate::fit::source::added;
+use crate::noise::locks::least_of;
+use crate::recording::side::Side;
+use crate::report::{Finding, Region};
+use crate::search::found::Found;
+
+/// What shows by itself, each with its share of the squared mismatch, 0 to 1.
+pub(crate) struct Shown<'a> {
+    /// Step of the force channel, N.
+    rounding: Option<(f64, f64)>,
+    /// Force beyond which the channel tells no more, N.
+    clipped: Option<(f64, f64)>,
+    speed: Option<(SetAside, f64)>,
+    heard: Option<(&'a Heard, f64)>,
+    play: Option<(&'a Play, f64)>,
+    spots: Option<(&'a Spots, f64)>,
+    /// A rest that comes and goes.
+    unsteady: Option<f64>,
+    /// p-values of what was looked for.
+    p: Vec<f64>,
+}
+
+impl<'a> Shown<'a> {
+    pub(crate) fn of(side: &Side<'_>, found: &Found<'_>, aside: &Aside<'a>, balance: &Balance) -> Self {
+        let Aside { spots, speed, heard, play } = *aside;
+        let p = [spots.map(|spots| spots.p), heard.map(|heard| heard.p), play.map(|play| play.p)];
+        let spots = spots.zip(balance.spots);
+        Shown {
+            rounding: found.coarse_step_n.zip(balance.rounding),
+            clipped: side.limit_n.zip(balance.clipped),
+            speed: speed.zip(balance.speed),
+            heard: heard.zip(balance.heard),
+            play: play.zip(balance.play),
+            unsteady: balance.unsteady.filter(|_| spots.is_none()),
+            spots,
+            p: p.into_iter().flatten().chain([balance.p_steady]).collect(),
+        }
+    }
+
+    /// p-value of all of it being chance, together with that of a search. What a channel shows is no matter of chance.
+    pub(crate) fn p_beside(&self, searched: f64) -> f64 {
+        if self.rounding.is_some() || self.clipped.is_some() || self.speed.is_some() {
+            return 0.0;
+        }
+        least_of(self.p.iter().copied().chain([searched]))
+    }
+
+    /// What is said of it. A resonance that was fitted where reversals strike it is the one that is heard: `fitted` tells
+    /// its finding, and gets the better words.
+    pub(crate) fn findings(&self, fitted: Option<&mut Finding>) -> Vec<(Finding, Option<Region>)> {
+        let mut findings: Vec<(Finding, Option<Region>)> = Vec::new();
+        let mut say = |finding: Option<Finding>| findings.extend(finding.map(|finding| (finding, None)));
+        say(self.spots.map(|(spots, share)| contamination(spots, share)));
+        say(self.unsteady.map(comes_and_goes));
+        say(self.rounding.map(|(step_n, share)| quantisation(step_n, share)));
+        say(self.clipped.map(|(limit_n, share)| saturation(limit_n, share)));
+        match (self.heard, fitted) {
+            // too damped to ring where reversals strike it, and heard all the same: rolling strikes it harder
+            (Some((heard, share)), Some(fitted)) => *fitted = resonance(heard, share + fitted.share_of_mismatch),
+            (Some((heard, share)), None) => say(Some(resonance(heard, share))),
+            (None, _) => {}
+        }
+        say(self.speed.map(|(speed, share)| speed_noise(speed.variance_m2_s2, share)));
+        findings.extend(self.play.map(|(play, share)| play.reported(share)));
+        findings
+    }
+
+    /// For a simulation file.
+    pub(crate) fn added(&self, noise_n: f64, moved_mass_kg: f64) -> Vec<Added> {
+        let one = |id, form, shape, amplitudes| Some(Added { id, form, shape, amplitudes });
+        let speed = self.speed.and_then(|_| one(Id::SpeedNoise, 1, Vec::new(), vec![1.0, moved_mass_kg]));
+        let heard = self.heard.and_then(|(heard, _)| added(&heard.source, &heard.amplitudes));
+        let play = self.play.and_then(|(play, _)| play.added());
+        let rounding = self.rounding.and_then(|(step_n, _)| {
+            one(Id::ForceQuantisation, 0, vec![(noise_n / step_n).clamp(0.02, 0.5)], vec![1.0])
+        });
+        let clipped = self.clipped.and_then(|(limit_n, _)| one(Id::ForceSaturation, 0, vec![limit_n], vec![1.0]));
+        [speed, heard, play, rounding, clipped].into_iter().flatten().collect()
+    }
+}

@@ -1,0 +1,400 @@
+//! Spots that add friction where they are rolled over, at places that do not repeat: dirt in the contacts.
+//!
+//! No curve follows them, but each is short, all brake, and all have one length along the rail whatever the speed. An
+//! electrical spike has one duration instead, and either sign; a joint of the rail is met again in every pass.
+
+use crate::beside::pulses::{OUTSTANDING, Track, Width, outstanding, scores};
+use crate::noise::rows::Rows;
+use crate::numbers::statistics::{line, median, robust_sigma, scatter};
+use crate::recording::sanity::quantum;
+use crate::recording::side::Side;
+
+/// Lengths that are tried, m: from the contact of a ball with the rail to a few of them, as far apart as a matched filter
+/// that is off by that much still sees nearly all.
+const SHORTEST_M: f64 = 3e-4;
+const LENGTHS: i32 = 8;
+
+/// Durations that are tried, by the same ratio: from one row to those of a spot at the lowest speed.
+const DURATIONS: i32 = 15;
+
+/// p-value of as many that brake and so few that push, over all lengths, below which spots are no chance: eleven of
+/// eleven; or of so high ones, fewer.
+const CHANCE: f64 = 4e-3;
+
+/// Exponent of the heaviest tails that noise is granted, those of Student's t of three degrees of freedom.
+const TAIL: f64 = 3.0;
+
+/// Squared score above which a spot is no more evidence: what spots have in common the largest alone do not tell.
+const MOST_OF_ONE: f64 = 100.0;
+
+/// Travel behind a reversal or a start, m, where friction builds up: its leftovers are as long as a spot, and stand out as bursts do.
+pub(crate) const BUILT_UP_M: f64 = 3e-3;
+
+/// Travel to either side, m, over which the speed must not change by more than this share: the force of inertia and
+/// whatever follows the speed have the length of a spot where it does.
+const STEADY_M: f64 = 2e-3;
+const STEADY: f64 = 0.2;
+
+/// Step of a channel, of the spread of what is left in a part, from which noise does not carry it over its steps, and it
+/// flips between two of them for as long as a spot lasts: what is rounded to it and nothing else has the spread of 0.37 steps.
+const FLIPPING: f64 = 2.0;
+
+/// Distance of places that are the same, m, and share of all passes over the places of spots that meet one again, from
+/// which spots are fixed to the rail: five times as many as the densest dirt would by chance.
+const SAME_M: f64 = 1e-3;
+const MET_AGAIN: f64 = 0.2;
+
+/// Score that something pushes by in any recording.
+const ORDINARY: f64 = 2.0;
+
+/// Fewest spots, however high: that they come at random is said of no two.
+const FEWEST: usize = 4;
+
+/// Rows of a spot from which its length is told.
+const RESOLVED: f64 = 3.0;
+
+/// Fewest resolved spots that tell, and spread of the logarithm of their speed without which distance and time are one.
+const FEW: usize = 6;
+const SPREAD: f64 = 0.3;
+
+/// Slope of the logarithm of length over that of speed: 0 for one length, 1 for one duration. That a spot has several
+/// rows makes it larger.
+const LIKE_DURATION: f64 = 0.7;
+
+/// Lengths of a spot to either side that it still reaches into, and rows, at least.
+const REACH: f64 = 2.0;
+const MARGIN: usize = 2;
+
+/// Travel to either side of a spot over which its baseline is taken, m: several times its length.
+const BASELINE_M: f64 = 4e-3;
+
+/// Rows to either side of a spot for its baseline, at least.
+const BASELINE_ROWS: usize = 15;
+
+/// A positive number and the standard deviation of its logarithm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Number {
+    pub(crate) value: f64,
+    pub(crate) relative: f64,
+}
+
+/// What the spots have in common.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Spots {
+    /// How many the block rolls over in a metre.
+    pub(crate) per_m: Number,
+    /// Length along the rail, m.
+    pub(crate) length_m: Number,
+    /// Height, N.
+    pub(crate) force_n: Number,
+    /// Squared force, summed over their rows, N².
+    pub(crate) squares_n2: f64,
+    /// p-value of as many spots that push as brake.
+    pub(crate) p: f64,
+    /// Rows that they reach, of all runs laid end to end.
+    pub(crate) rows: Vec<bool>,
+}
+
+impl Spots {
+    /// The search has nothing to say of their rows, and they would draw it to whatever brakes.
+    pub(crate) fn set_aside(&self, training: &mut [bool]) {
+        for (training, spot) in training.iter_mut().zip(&self.rows) {
+            *training &= !spot;
+        }
+    }
+}
+
+/// Pulses of one width.
+struct Pulses {
+    scores: Vec<Vec<f64>>,
+    /// Track and row of those that brake, and how many push.
+    braking: Vec<(usize, usize)>,
+    pushing: usize,
+    /// Squared scores of those that brake, less those of the others; no single one counts for much.
+    evidence: f64,
+    /// The same of the scores as they are.
+    sum: f64,
+}
+
+/// Looks for spots in what no curve follows. `compared` and `left` have an entry a row of all runs.
+pub(crate) fn spots(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64]) -> Option<Spots> {
+    let tracks = tracks(side, rows, compared, left);
+    let lengths: Vec<(f64, Pulses)> =
+        ladder(SHORTEST_M, LENGTHS).map(|length_m| (length_m, Pulses::of(&tracks, Width::Length(length_m)))).collect();
+    let evidence = |index: &usize| lengths[*index].1.evidence;
+    let best = (0..lengths.len()).max_by(|a, b| evidence(a).total_cmp(&evidence(b)))?;
+    let spots = &lengths[best].1;
+    let by_count = at_least(spots.braking.len(), spots.pushing);
+    let p = (by_count.min(so_high(&tracks, spots)) * f64::from(LENGTHS)).min(1.0);
+    if p > CHANCE {
+        return None;
+    }
+    if is_of_duration(&tracks, &lengths, best) || is_fixed(side, &tracks, &spots.braking) {
+        return None;
+    }
+    // what is as short as the contact of a ball, or shorter, nothing rolled over, and what is longer than all is no spot
+    let longest_m = lengths.last().map_or(0.0, |(length_m, _)| *length_m);
+    let is_spot = |spots: &Spots| (1.01 * SHORTEST_M..0.99 * longest_m).contains(&spots.length_m.value);
+    Some(described(&tracks, &lengths, best, p, left, side)).filter(is_spot)
+}
+
+/// Numbers each √2 times the one before.
+fn ladder(from: f64, count: i32) -> impl Iterator<Item = f64> {
+    (0..count).map(move |step| from * (0.5 * f64::from(step)).exp2())
+}
+
+/// The parts of all runs.
+fn tracks(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64]) -> Vec<Track> {
+    let rows = rows.with_tails();
+    let matched = rows.backwards(&rows.white(left));
+    let weights = rows.power_weights();
+    let (mut tracks, mut start) = (Vec::new(), 0);
+    for context in &side.contexts {
+        let step_n = quantum(&context.run.drag_force_n);
+        for part in &context.run.parts {
+            let own = start + part.rows.start..start + part.rows.end;
+            let is_coarse = step_n.is_some_and(|step| step > FLIPPING * robust_sigma(&left[own.clone()]));
+            let scaled = |n: usize| {
+                let scaled = context.steady.direction[n] * matched[start + n] / weights[start + n].sqrt();
+                if scaled.is_finite() { scaled } else { 0.0 }
+            };
+            let mut track = Track {
+                step_s: context.run.step_s(),
+                travel_m: context.travel_m[part.rows.clone()].to_vec(),
+                speed_m_s: part.rows.clone().map(|n| context.speed_m_s(n)).collect(),
+                braking: part.rows.clone().map(scaled).collect(),
+                compared: own.clone().map(|n| compared[n] && weights[n] > 0.0).collect(),
+                is_built_up: part.rows.clone().map(|n| context.since_reversal_m[n] > BUILT_UP_M).collect(),
+                is_told: Vec::new(),
+                rows: own,
+            };
+            track.is_told = if is_coarse { vec![false; track.rows.len()] } else { told(&track) };
+            tracks.push(track);
+        }
+        start += context.run.len();
+    }
+    tracks
+}
+
+/// Rows where nothing but a spot has the shape of one.
+fn told(track: &Track) -> Vec<bool> {
+    let (x, v) = (&track.travel_m, &track.speed_m_s);
+    let (mut from, mut to) = (0, 0);
+    (0..x.len())
+        .map(|n| {
+            while x[n] - x[from] > STEADY_M {
+                from += 1;
+            }
+            to = to.max(n);
+            while to + 1 < x.len() && x[to + 1] - x[n] <= STEADY_M {
+                to += 1;
+            }
+            let is_steady = (v[to] - v[from]).abs() < STEADY * v[n] && x[to] - x[from] > STEADY_M;
+            is_steady && track.compared[n] && track.is_built_up[n]
+        })
+        .collect()
+}
+
+impl Pulses {
+    fn of(tracks: &[Track], width: Width) -> Self {
+        let mut pulses =
+            Pulses { scores: scores(tracks, width), braking: Vec::new(), pushing: 0, evidence: 0.0, sum: 0.0 };
+        for (index, (track, scores)) in tracks.iter().zip(&pulses.scores).enumerate() {
+            for n in outstanding(track, scores, OUTSTANDING, |n| track.is_told[n]) {
+                let evidence = (scores[n] * scores[n]).min(MOST_OF_ONE);
+                pulses.sum += scores[n];
+                if scores[n] > 0.0 {
+                    pulses.braking.push((index, n));
+                    pulses.evidence += evidence;
+                } else {
+                    pulses.pushing += 1;
+                    pulses.evidence -= evidence;
+                }
+            }
+        }
+        pulses
+    }
+}
+
+/// Probability of at least so many heads beside so few tails.
+fn at_least(heads: usize, tails: usize) -> f64 {
+    let all = (heads + tails) as f64;
+    let choices = |k: f64| libm::lgamma(all + 1.0) - libm::lgamma(k + 1.0) - libm::lgamma(all - k + 1.0);
+    let p: f64 = (heads..=heads + tails).map(|k| (choices(k as f64) - all * std::f64::consts::LN_2).exp()).sum();
+    p.min(1.0)
+}
+
+/// Probability of braking that stands so high above the highest that pushes.
+fn so_high(tracks: &[Track], spots: &Pulses) -> f64 {
+    if spots.braking.len() < FEWEST {
+        return 1.0;
+    }
+    let of_track = |(track, scores): (&Track, &Vec<f64>)| {
+        let peaks = outstanding(track, scores, ORDINARY, |n| track.is_told[n]);
+        peaks.into_iter().map(|n| -scores[n]).fold(ORDINARY, f64::max)
+    };
+    let pushing = tracks.iter().zip(&spots.scores).map(of_track).fold(ORDINARY, f64::max);
+    beyond(spots.braking.iter().map(|(track, n)| spots.scores[*track][*n]).collect(), pushing)
+}
+
+/// Probability of scores so far beyond the highest of the other sign, where noise has the same tails to both sides.
+///
+/// ```text
+/// k scores beyond c times the highest of the others:  p = (1 + c^a)^-k,  a: exponent of the tails
+/// ```
+///
+/// Beyond the highest of the others as many are expected as an exponential number of mean 1 tells, and `c^-a` times as
+/// many beyond `c` times it. The best of all `k`, each of which may use `2^-k` of the level.
+fn beyond(mut scores: Vec<f64>, highest_of_others: f64) -> f64 {
+    scores.sort_by(|a, b| b.total_cmp(a));
+    let of = |(k, score): (usize, &f64)| (2.0 / (1.0 + (score / highest_of_others).powf(TAIL))).powf(k as f64 + 1.0);
+    scores.iter().enumerate().map(of).fold(1.0, f64::min)
+}
+
+/// Whether spots may as well have one duration: pulses of some duration fit better, or, where too few spots are resolved
+/// for their lengths to tell, nearly as well. Noise makes a sum of scores scatter by the root of their number.
+fn is_of_duration(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize) -> bool {
+    let row_s = tracks.iter().map(|track| track.step_s).fold(f64::INFINITY, f64::min);
+    let durations = ladder(row_s, DURATIONS).map(|duration_s| Pulses::of(tracks, Width::Duration(duration_s)).sum);
+    let ahead = lengths.iter().map(|(_, pulses)| pulses.sum).fold(0.0, f64::max) - durations.fold(0.0, f64::max);
+    let spots = &lengths[best].1.braking;
+    let resolved = resolved(tracks, lengths, best);
+    let speeds: Vec<f64> = resolved.iter().map(|(speed, _)| *speed).collect();
+    if resolved.len() < FEW || scatter(&speeds) < SPREAD {
+        return ahead < (spots.len() as f64).sqrt();
+    }
+    let own: Vec<f64> = resolved.iter().map(|(_, length)| *length).collect();
+    ahead < 0.0 || line(&speeds.iter().copied().zip(own).collect::<Vec<_>>()).1 > LIKE_DURATION
+}
+
+/// Logarithms of speed and of length, of the spots that last for several rows.
+fn resolved(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize) -> Vec<(f64, f64)> {
+    let mut resolved = Vec::new();
+    for (track, n) in &lengths[best].1.braking {
+        let at = &tracks[*track];
+        let score = |pulses: &Pulses| pulses.scores[*track][*n];
+        if let Some((length_m, _)) = lengths.iter().max_by(|a, b| score(&a.1).total_cmp(&score(&b.1)))
+            && length_m / (at.speed_m_s[*n] * at.step_s) >= RESOLVED
+        {
+            resolved.push((at.speed_m_s[*n].ln(), length_m.ln()));
+        }
+    }
+    resolved
+}
+
+/// Whether what brakes is met again where the block passes its place again.
+fn is_fixed(side: &Side<'_>, tracks: &[Track], spots: &[(usize, usize)]) -> bool {
+    let position_m: Vec<f64> = side.contexts.iter().flat_map(|context| &context.motion.position_m).copied().collect();
+    let of = |(track, n): &(usize, usize)| position_m[tracks[*track].rows.start + n];
+    let places_m: Vec<f64> = spots.iter().map(of).collect();
+    let (mut passes, mut met) = (0usize, 0usize);
+    for place_m in &places_m {
+        for track in tracks {
+            let position_m = &position_m[track.rows.clone()];
+            let crosses = |n: &usize| {
+                (position_m[*n] - place_m) * (position_m[n + 1] - place_m) <= 0.0
+                    && position_m[*n] != position_m[n + 1]
+                    && track.is_told[*n]
+            };
+            passes += (0..position_m.len().saturating_sub(1)).filter(crosses).count();
+        }
+        met += places_m.iter().filter(|other| (*other - place_m).abs() < SAME_M).count();
+    }
+    // every spot has one pass and one meeting of its own
+    let (passes, met) = (passes.saturating_sub(places_m.len()), met.saturating_sub(places_m.len()));
+    passes > 0 && met as f64 > MET_AGAIN * passes as f64
+}
+
+/// What the spots of the best length have in common. `left` has an entry a row of all runs.
+fn described(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize, p: f64, left: &[f64], side: &Side<'_>) -> Spots {
+    let (length_m, spots) = &lengths[best];
+    let count = spots.braking.len() as f64;
+    let against: Vec<f64> = side.contexts.iter().flat_map(|context| &context.steady.direction).copied().collect();
+    let mut of_spots_m: Vec<f64> = resolved(tracks, lengths, best).into_iter().map(|(_, length)| length).collect();
+    if of_spots_m.is_empty() {
+        of_spots_m.push(length_m.ln());
+    }
+    let (mut heights_n, mut travel_m) = (Vec::new(), 0.0);
+    let mut squares_n2 = 0.0;
+    let mut rows = vec![false; left.len()];
+    for ((index, track), scores) in tracks.iter().enumerate().zip(&spots.scores) {
+        let is_seen = |n: &usize| track.is_told[*n] && scores[*n] != 0.0;
+        travel_m += (0..scores.len()).filter(is_seen).map(|n| track.speed_m_s[n] * track.step_s).sum::<f64>();
+        // dirt does not wait for a steady speed
+        let braking = outstanding(track, scores, OUTSTANDING, |n| track.compared[n] && track.is_built_up[n]);
+        for n in braking.into_iter().filter(|n| scores[*n] > 0.0) {
+            let (height_n, square_n2) = height(track, n, *length_m, left, &against);
+            squares_n2 += square_n2;
+            if spots.braking.contains(&(index, n)) {
+                heights_n.push(height_n.max(1e-12).ln());
+            }
+            let is_reached = |m: &usize| {
+                m.abs_diff(n) <= MARGIN || (track.travel_m[*m] - track.travel_m[n]).abs() <= REACH * length_m
+            };
+            let start = track.rows.start;
+            (0..n).rev().take_while(is_reached).for_each(|m| rows[start + m] = true);
+            (n..scores.len()).take_while(is_reached).for_each(|m| rows[start + m] = true);
+        }
+    }
+    Spots {
+        // as many as chance, and places without number, make of them
+        per_m: Number { value: count / travel_m.max(1e-9), relative: 1.0 / count.max(1.0).sqrt() },
+        length_m: typical(&of_spots_m),
+        force_n: typical(&heights_n),
+        squares_n2,
+        p,
+        rows,
+    }
+}
+
+/// Height of a pulse above what is around it, N, and its squared force, summed over its rows, N²: least squares with the
+/// triangle.
+fn height(track: &Track, at: usize, length_m: f64, left: &[f64], against: &[f64]) -> (f64, f64) {
+    let braking = |n: usize| left[track.rows.start + n] * against[track.rows.start + n];
+    let away_m = |n: usize| (track.travel_m[n] - track.travel_m[at]).abs();
+    let is_around = |n: &usize| away_m(*n) <= BASELINE_M || n.abs_diff(at) <= BASELINE_ROWS;
+    let before = (0..at).rev().take_while(is_around);
+    let around: Vec<usize> = before.chain((at..track.travel_m.len()).take_while(is_around)).collect();
+    let beside = around.iter().filter(|n| track.compared[**n]).map(|n| braking(*n));
+    let baseline = median(beside.collect()).unwrap_or(0.0);
+    let shape = |n: usize| (1.0 - 2.0 * away_m(n) / length_m).max(0.0);
+    let along: f64 = around.iter().map(|n| shape(*n) * (braking(*n) - baseline)).sum();
+    let squared: f64 = around.iter().map(|n| shape(*n) * shape(*n)).sum();
+    (along / squared.max(1.0), along * along / squared.max(1.0))
+}
+
+/// Median of numbers told by their logarithms; the median of normal numbers scatters by 1.25 times their mean's.
+fn typical(logarithms: &[f64]) -> Number {
+    let relative = 1.25 * scatter(logarithms) / (logarithms.len().max(1) as f64).sqrt();
+    Number { value: median(logarithms.to_vec()).unwrap_or(0.0).exp(), relative }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Both sides have tails of the exponent that is granted: no more than a level's share of recordings falls below it.
+    #[test]
+    fn tails_as_heavy_as_granted_are_no_more_often_so_high_than_said() {
+        let mut state = 7u64;
+        let mut uniform = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            ((state >> 33) as f64 + 0.5) / f64::from(1u32 << 31)
+        };
+        let (recordings, mut p) = (100_000, Vec::new());
+        for _ in 0..recordings {
+            let mut side = || (0..40).map(|_| ORDINARY * uniform().powf(-1.0 / TAIL)).collect::<Vec<f64>>();
+            let (braking, pushing) = (side(), side());
+            let standing = braking.into_iter().filter(|score| *score > OUTSTANDING).collect();
+            p.push(beyond(standing, pushing.into_iter().fold(ORDINARY, f64::max)));
+        }
+        for level in [0.1, 0.01, CHANCE / f64::from(LENGTHS)] {
+            let below = p.iter().filter(|p| **p < level).count() as f64;
+            let expected = level * f64::from(recordings);
+            assert!(
+                below < expected + 3.0 * expected.sqrt() && below > 0.1 * expected,
+                "{level}: {below} of {expected}"
+            );
+        }
+    }
+}

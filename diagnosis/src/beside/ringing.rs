@@ -1,0 +1,110 @@
+//! Ringing of the structure, before the noise is learnt.
+//!
+//! A structure that rings after every jerk looks like noise of one frequency, and a filter that makes noise white takes
+//! it out with the rest. A filter too short for that, an autoregression of order 2, leaves it to be seen: what a
+//! resonance explains there is taken from the residual that the noise is learnt from.
+
+use simulation::mechanism::{Id, definition};
+
+use crate::beside::spectra::Spectra;
+use crate::calibration::{Calibrated, prior};
+use crate::fit::bench::{Bench, Candidate};
+use crate::fit::pool::grid;
+use crate::fit::refine::refine;
+use crate::fit::rest::power;
+use crate::fit::source::{Source, raw_columns};
+use crate::noise::rows::Rows;
+use crate::nominal::Nominal;
+
+/// Order of an autoregression that has room for the colour of friction, but hardly for a frequency.
+const SHORT: usize = 2;
+
+/// Evidence from which a resonance is taken out, nats: what friction noise rings of itself stays below.
+const RINGS: f64 = 100.0;
+
+/// Most points of the grid over frequency and damping.
+const POINTS: usize = 30;
+
+/// Dampings with which a peak of the spectrum is tried.
+const DAMPINGS: [f64; 4] = [0.01, 0.02, 0.04, 0.08];
+
+/// Distance of a peak, of its frequency, from the resonance that reversals and jerks show best: the same one, where rolling
+/// strikes it much harder than they do.
+const NEAR: f64 = 0.1;
+
+/// What rings.
+pub(crate) struct Ringing {
+    /// Shapes of a resonance that peaks of the spectrum point to: a resonance is narrower than the steps of any grid.
+    pub(crate) pointed: Vec<Vec<f64>>,
+    /// A structure that is mostly struck by rolling itself, which no force column follows.
+    pub(crate) heard: Option<Heard>,
+}
+
+/// A resonance that the spectrum shows at every speed.
+pub(crate) struct Heard {
+    pub(crate) hz: f64,
+    /// Half the distance of two entries of the spectrum, and of the peak, Hz.
+    pub(crate) half_width_hz: f64,
+    /// Mean square force of the peak, N².
+    pub(crate) power_n2: f64,
+    /// p-value of such a peak in noise without one.
+    pub(crate) p: f64,
+    /// The part that follows from the motion: what reversals and jerks strike.
+    pub(crate) source: Source,
+    pub(crate) amplitudes: Vec<f64>,
+}
+
+/// Learns the noise anew where something rings.
+pub(crate) fn unmask(
+    nominal: &Nominal,
+    calibrated: &Calibrated<'_>,
+    training: &[bool],
+    rows: &mut Rows,
+) -> Result<Ringing, String> {
+    let Calibrated { values, side, saturation, left } = calibrated;
+    let definition = definition(Id::StructuralResonance);
+    let form = &definition.forms[0];
+    let mut short = rows.clone();
+    short.learn_up_to(left, SHORT);
+    let spectra = Spectra::of(&short.white(left), &short, side);
+    let peaks = spectra.as_ref().map_or_else(Vec::new, |it| it.peaks(form.shape[0].from, form.shape[0].to));
+    let pointed: Vec<Vec<f64>> =
+        peaks.iter().flat_map(|hz| DAMPINGS.iter().map(move |damping| vec![*hz, *damping])).collect();
+    let mismatch = side.residual(nominal, values)?;
+    let tangent = side.tangent(nominal, values)?;
+    let bench =
+        Bench::new(short, &side.contexts, training.to_vec(), &mismatch, tangent.clone(), prior(nominal, values));
+    let law = bench.fit(&bench.law());
+    let best_of = |shapes: &[Vec<f64>]| {
+        let source = |shape: &Vec<f64>| Source::Mechanism { definition, form: 0, shape: shape.clone() };
+        let mut candidates = bench.candidates(shapes.iter().map(source));
+        bench.prepare_all(&mut candidates, &law.active);
+        let nats = |candidate: &Candidate| bench.gain(candidate, &law).nats;
+        let best = candidates.into_iter().max_by(|a, b| nats(a).total_cmp(&nats(b)));
+        best.map(|candidate| refine(&bench, &candidate, &law))
+    };
+    let struck = best_of(&pointed);
+    let everywhere = best_of(&grid(form, POINTS, (0.0, 0.0)));
+    let rings = struck.iter().chain(&everywhere).max_by(|a, b| a.1.nats.total_cmp(&b.1.nats));
+    if let Some((candidate, _)) = rings.filter(|(_, gain)| gain.nats > RINGS) {
+        let extra = raw_columns(&candidate.source, &side.contexts).unwrap_or_default();
+        rows.learn(&saturation.rest(rows, &side.contexts, &mismatch, &tangent, &extra));
+    }
+    let heard = struck.zip(Spectra::of(&bench.rows.plain(left), &bench.rows, side)).and_then(|(struck, spectra)| {
+        let (candidate, gain) = struck;
+        let Source::Mechanism { shape, .. } = &candidate.source else { return None };
+        let hz = peaks.iter().copied().find(|hz| (hz - shape[0]).abs() < 1.5 / spectra.window_s + NEAR * hz)?;
+        // a damped resonance is as broad as that, and the highest entry of its peak is anywhere within
+        let half_width_hz = 0.5 / spectra.window_s + shape[1] * hz;
+        let (share, p) = spectra.at_every_speed(hz)?;
+        Some(Heard {
+            hz,
+            half_width_hz,
+            power_n2: share * power(&bench.rows, left),
+            p,
+            source: candidate.source.clone(),
+            amplitudes: gain.amplitudes,
+        })
+    });
+    Ok(Ringing { pointed, heard })
+}

@@ -1,0 +1,123 @@
+//! Averaged spectra of what is left, slow and fast: what stands out at every speed is neither of the rail nor of a screw.
+
+use std::ops::Range;
+
+use rustfft::FftPlanner;
+use rustfft::num_complex::Complex;
+
+use crate::noise::rows::Rows;
+use crate::numbers::peaks::peaks;
+use crate::numbers::statistics::median;
+use crate::recording::side::Side;
+
+/// Time that the spectrum looks at in one go, s: what rings with a hundredth of critical damping at 20 Hz lasts half of it.
+const WINDOW_S: f64 = 1.0;
+
+/// Fewest rows of such a window, and most.
+const LEAST_WINDOW: usize = 64;
+const MOST_WINDOW: usize = 8192;
+
+/// Peaks that are looked at, and their height over the median around them.
+const PEAKS: usize = 3;
+const STANDS_OUT: f64 = 2.0;
+
+/// Height of a peak over the median around it, slow and fast, of what rings. What is tied to the rail or to a screw is
+/// elsewhere at another speed, what another machine sweeps through is broad; a structure that is damped by a few hundredths
+/// stands out by seven and more, and a sweep over a tenth of its frequency to either side by five.
+const AT_EVERY_SPEED: f64 = 6.0;
+
+/// Speeds of both halves that differ by less tell nothing of that.
+const APART: f64 = 1.5;
+
+/// Averaged spectra of a residual's pieces, of the slower half of them and of the faster.
+pub(crate) struct Spectra {
+    /// Rows of a piece over their rate: the inverse of the distance of two entries, s.
+    pub(crate) window_s: f64,
+    slow: Vec<f64>,
+    fast: Vec<f64>,
+    /// Pieces of either.
+    pieces: usize,
+    /// Mean speed of the faster over that of the slower.
+    apart: f64,
+}
+
+impl Spectra {
+    /// Of a residual over the compared rows; `None` where no stretch is long enough.
+    pub(crate) fn of(residual: &[impl Into<f64> + Copy], rows: &Rows, side: &Side<'_>) -> Option<Self> {
+        let step_s = side.step_s() * rows.decimation() as f64;
+        let longest = rows.groups.iter().map(ExactSizeIterator::len).max()?;
+        let wanted = ((WINDOW_S / step_s) as usize).clamp(LEAST_WINDOW, MOST_WINDOW).next_power_of_two();
+        let window = if wanted > longest { (longest / 2 + 1).next_power_of_two() } else { wanted };
+        if window < LEAST_WINDOW || window > longest {
+            return None;
+        }
+        let speeds: Vec<f64> =
+            side.motions.iter().flat_map(|motion| motion.velocity_m_s.iter().map(|v| v.abs())).collect();
+        let speeds = rows.plain(&speeds);
+        let starts = |group: &Range<usize>| (group.start..(group.end + 1).saturating_sub(window)).step_by(window / 2);
+        let mean = |start: &usize| speeds[*start..start + window].iter().sum::<f64>() / window as f64;
+        let mut pieces: Vec<(usize, f64)> =
+            rows.groups.iter().flat_map(starts).map(|start| (start, mean(&start))).collect();
+        pieces.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let (slower, faster) = pieces.split_at(pieces.len() / 2);
+        let transform = FftPlanner::new().plan_fft_forward(window);
+        let spectrum = |pieces: &[(usize, f64)]| {
+            let mut power = vec![0.0; window / 2];
+            for (start, _) in pieces {
+                // Hann's window
+                let tapered = |n: usize| {
+                    let taper = 0.5 - 0.5 * (std::f64::consts::TAU * n as f64 / window as f64).cos();
+                    Complex::new(residual[start + n].into() * taper, 0.0)
+                };
+                let mut piece: Vec<Complex<f64>> = (0..window).map(tapered).collect();
+                transform.process(&mut piece);
+                power.iter_mut().zip(&piece).for_each(|(power, x)| *power += x.norm_sqr() / pieces.len() as f64);
+            }
+            power
+        };
+        let speed =
+            |pieces: &[(usize, f64)]| pieces.iter().map(|(_, speed)| speed).sum::<f64>() / pieces.len().max(1) as f64;
+        Some(Spectra {
+            window_s: window as f64 * step_s,
+            pieces: slower.len(),
+            apart: speed(faster) / speed(slower),
+            slow: spectrum(slower),
+            fast: spectrum(faster),
+        })
+    }
+
+    /// Height of an entry over the median around it.
+    fn height(power: &[f64], k: usize) -> f64 {
+        let around = power[k - k / 4..(k + k / 4 + 1).min(power.len())].to_vec();
+        power[k] / median(around).unwrap_or(0.0).max(f64::MIN_POSITIVE)
+    }
+
+    /// Frequencies within a range, Hz, that stand out, the highest first.
+    pub(crate) fn peaks(&self, from_hz: f64, to_hz: f64) -> Vec<f64> {
+        let both: Vec<f64> = self.slow.iter().zip(&self.fast).map(|(slow, fast)| slow + fast).collect();
+        let within = |k: &usize| (from_hz..=to_hz).contains(&(*k as f64 / self.window_s));
+        let heights: Vec<f64> =
+            (0..both.len()).map(|k| if k > 0 && within(&k) { Self::height(&both, k) } else { 0.0 }).collect();
+        let found = peaks(&heights, PEAKS, 2, STANDS_OUT);
+        found.into_iter().map(|k| k as f64 / self.window_s).collect()
+    }
+
+    /// Share of the power in a peak that stands out in slow and in fast pieces, and its p-value.
+    pub(crate) fn at_every_speed(&self, hz: f64) -> Option<(f64, f64)> {
+        let at = (hz * self.window_s).round() as usize;
+        let halves = [&self.slow, &self.fast];
+        let heights = halves.map(|power| Self::height(power, at));
+        if !(self.apart > APART) || heights.iter().any(|height| !(*height > AT_EVERY_SPEED)) {
+            return None;
+        }
+        let share = |power: &[f64], height: f64| {
+            let around = &power[at.saturating_sub(2)..(at + 3).min(power.len())];
+            let floor = power[at] / height;
+            around.iter().map(|x| (x - floor).max(0.0)).sum::<f64>() / power.iter().sum::<f64>()
+        };
+        let shares: f64 = halves.iter().zip(heights).map(|(power, height)| share(power, height)).sum();
+        // P(mean of n unit exponentials > h) < exp(-n(h - 1 - ln h)); pieces overlap by half
+        let nats: f64 = heights.iter().map(|h| 0.5 * self.pieces as f64 * (h - 1.0 - h.ln())).sum();
+        Some((0.5 * shares, (self.slow.len() as f64 * (-nats).exp()).min(1.0)))
+    }
+}

@@ -1,0 +1,189 @@
+//! How far calibration may move the law's own numbers, and where it has moved them.
+//!
+//! ```text
+//! saturation   what no curve follows
+//! settle       the law beside what was found
+//! ```
+
+pub(crate) mod saturation;
+pub(crate) mod settle;
+
+use simulation::Simulation;
+
+use crate::calibration::saturation::Saturation;
+use crate::fit::bench::{Bench, Member};
+use crate::fit::source::Source;
+use crate::noise::rows::Rows;
+use crate::nominal::{Nominal, Parameter};
+use crate::recording::side::Side;
+
+/// Most steps of Gauss and Newton.
+const MOST_STEPS: usize = 6;
+
+/// Steps after which the noise is learnt anew.
+const LEARNT: usize = 2;
+
+/// Relative step that ends calibration.
+const ENOUGH: f64 = 2e-3;
+
+/// Way of a number that is tolerated, in its standard deviations.
+const TOLERATED: f64 = 3.0;
+
+/// A little more than is tolerated: where numbers are held, the last step may not have ended.
+const AND_MORE: f64 = 1.1;
+
+/// The law with its numbers moved.
+pub(crate) struct Calibrated<'a> {
+    pub(crate) values: Vec<f64>,
+    pub(crate) side: Side<'a>,
+    pub(crate) saturation: Saturation,
+    /// What no curve follows, row by row of all runs.
+    pub(crate) left: Vec<f64>,
+}
+
+/// The law alone, moved as far as its tolerance allows; everything else is linear around that point. Learns the noise
+/// on the way. Columns of mechanisms depend on the law, so that what follows from the runs is made anew where the
+/// simulation left numbers out.
+pub(crate) fn calibrate<'a>(
+    simulation: &Simulation,
+    nominal: &Nominal,
+    mut side: Side<'a>,
+    rows: &mut Rows,
+    training: &[bool],
+) -> Result<Calibrated<'a>, String> {
+    let mut values = nominal.start();
+    let mut left = Vec::new();
+    let mut saturation = Saturation::new(rows, &side.contexts, training);
+    for step in 0..MOST_STEPS {
+        let mismatch = side.residual(nominal, &values)?;
+        let tangent = side.tangent(nominal, &values)?;
+        if step < LEARNT {
+            left = saturation.rest(rows, &side.contexts, &mismatch, &tangent, &[]);
+            rows.learn(&left);
+        }
+        let flat = rows.flat(&mismatch);
+        let bench = Bench::new(flat, &[], training.to_vec(), &mismatch, tangent, prior(nominal, &values));
+        let next = tolerated(nominal, &bench, &values);
+        let way = way(&values, &next);
+        values = next;
+        if step == 0 && nominal.is_incomplete() {
+            side = side.again(simulation, nominal, &values)?;
+            saturation = Saturation::new(rows, &side.contexts, training);
+        }
+        if step + 1 >= LEARNT && way < ENOUGH {
+            break;
+        }
+    }
+    if nominal.is_incomplete() {
+        side = side.again(simulation, nominal, &values)?;
+        saturation = Saturation::new(rows, &side.contexts, training);
+    }
+    Ok(Calibrated { values, side, saturation, left })
+}
+
+/// Values of a law that holds its tolerance for a guess: where the search starts if calibration ran into a limit.
+pub(crate) fn unbound(
+    nominal: &Nominal,
+    side: &Side<'_>,
+    rows: &Rows,
+    training: &[bool],
+    values: &[f64],
+) -> Result<Vec<f64>, String> {
+    let at_limit = |(value, parameter): (&f64, &Parameter)| {
+        parameter.sigma.is_some_and(|sigma| value.abs() >= 0.9997 * TOLERATED * sigma)
+    };
+    let mut values = values.to_vec();
+    if !values.iter().zip(&nominal.parameters).any(at_limit) {
+        return Ok(values);
+    }
+    for _ in 0..MOST_STEPS {
+        let mismatch = side.residual(nominal, &values)?;
+        let tangent = side.tangent(nominal, &values)?;
+        let guess = prior(nominal, &values).into_iter().map(|(a, b)| (a / GUESS, b / GUESS)).collect();
+        let bench = Bench::new(rows.flat(&mismatch), &[], training.to_vec(), &mismatch, tangent, guess);
+        let next = moved(nominal, &values, &bench.fit(&bench.law()).values);
+        let way = way(&values, &next);
+        values = next;
+        if way < ENOUGH {
+            break;
+        }
+    }
+    Ok(values)
+}
+
+/// Variance of a guess, of that of the tolerance.
+const GUESS: f64 = 1e4;
+
+/// Precision and pull of every parameter, at values that it has already been moved to.
+pub(crate) fn prior(nominal: &Nominal, values: &[f64]) -> Vec<(f64, f64)> {
+    nominal
+        .parameters
+        .iter()
+        .zip(values)
+        .map(|(parameter, value)| match parameter.sigma {
+            Some(sigma) => {
+                let precision = 1.0 / (sigma * sigma);
+                (precision, -value * precision)
+            }
+            None => (0.0, 0.0),
+        })
+        .collect()
+}
+
+/// Where a step of Gauss and Newton leads within three standard deviations of every number: what calibration alone may do.
+/// A number that would go beyond is held at its limit, and the others are fitted again beside it: to cut off each by itself
+/// leaves the law worse than it was given where one makes up for another.
+fn tolerated(nominal: &Nominal, bench: &Bench<'_>, values: &[f64]) -> Vec<f64> {
+    let mut held = vec![None; values.len()];
+    loop {
+        let mut next = moved(nominal, values, &bench.step_beside(&held));
+        let mut farthest: Option<(usize, f64)> = None;
+        for (at, (value, parameter)) in next.iter_mut().zip(&nominal.parameters).enumerate() {
+            let Some(limit) = parameter.sigma.map(|sigma| TOLERATED * sigma) else { continue };
+            let beyond = value.abs() / limit;
+            if held[at].is_none() && beyond > farthest.map_or(1.0, |(_, most)| most) {
+                farthest = Some((at, beyond));
+            }
+            *value = value.clamp(-limit, limit);
+        }
+        match farthest {
+            Some((at, _)) => held[at] = Some(next[at] - values[at]),
+            None => return next,
+        }
+    }
+}
+
+/// Whether every number is within what calibration alone may do, and a little more.
+pub(crate) fn is_tolerated(nominal: &Nominal, values: &[f64]) -> bool {
+    let is_within = |(value, parameter): (&f64, &Parameter)| {
+        parameter.sigma.is_none_or(|sigma| value.abs() <= AND_MORE * TOLERATED * sigma)
+    };
+    values.iter().zip(&nominal.parameters).all(is_within)
+}
+
+/// Longest way of a number from one choice of them to another.
+pub(crate) fn way(from: &[f64], to: &[f64]) -> f64 {
+    from.iter().zip(to).map(|(from, to)| (to - from).abs()).fold(0.0, f64::max)
+}
+
+/// Values after a step.
+pub(crate) fn moved(nominal: &Nominal, values: &[f64], step: &[f64]) -> Vec<f64> {
+    nominal
+        .parameters
+        .iter()
+        .zip(values.iter().zip(step))
+        .map(|(parameter, (value, step))| parameter.moved(*value, *step))
+        .collect()
+}
+
+/// Values with the parameter shifts that were found.
+pub(crate) fn shifted(nominal: &Nominal, values: &[f64], members: &[Member], amplitudes: &[Vec<f64>]) -> Vec<f64> {
+    let mut values = values.to_vec();
+    for (member, amplitudes) in members.iter().zip(amplitudes) {
+        if let Source::Shift { parameter } = member.candidate.source {
+            values[parameter] += amplitudes[0];
+        }
+    }
+    debug_assert_eq!(values.len(), nominal.parameters.len());
+    values
+}

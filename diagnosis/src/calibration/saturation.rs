@@ -1,0 +1,104 @@
+//! What nothing explains: the residual of a fit of all that could be explained.
+//!
+//! Every curve along every axis takes part, beside the law's tangent. The curves hang on the runs alone, so that their
+//! columns and inner products are made once.
+
+use simulation::mechanism::Context;
+
+use crate::fit::story::Curve;
+use crate::noise::rows::Rows;
+use crate::numbers::linear::{Cholesky, Symmetric, products};
+
+/// Rows from which on the fit is made of averages, and the rows of each: what is the same linear relation in averages
+/// is cheaper there.
+const MANY: usize = 20_000;
+const AVERAGED: usize = 4;
+
+/// Share of a column's square that keeps what single precision leaves of the difference of overlapping curves out.
+const RIDGE: f64 = 1e-6;
+
+/// See the module.
+pub(crate) struct Saturation {
+    pub(crate) curves: Vec<Curve>,
+    columns: Vec<Vec<f32>>,
+    products: Symmetric,
+}
+
+impl Saturation {
+    /// `compared`: rows of all runs that knots are laid over, one entry each.
+    pub(crate) fn new(rows: &Rows, contexts: &[Context<'_>], compared: &[bool]) -> Self {
+        let curves = Curve::all(contexts, compared);
+        let mut columns = Vec::new();
+        for curve in &curves {
+            let mut of_runs = vec![Vec::new(); curve.len()];
+            for context in contexts {
+                for (all, own) in of_runs.iter_mut().zip(curve.columns(context)) {
+                    all.extend(own.into_iter().map(|x| if x.is_finite() { x } else { 0.0 }));
+                }
+            }
+            columns.extend(of_runs.iter().map(|column| averaged(rows, column)));
+        }
+        let mut all = Symmetric::zeros(columns.len());
+        fill(&mut all, &columns, 0);
+        Saturation { curves, columns, products: all }
+    }
+
+    /// What the law's tangent, every curve and `extra` leave of a mismatch, row by row of all runs.
+    pub(crate) fn rest(
+        &self,
+        rows: &Rows,
+        contexts: &[Context<'_>],
+        mismatch: &[f64],
+        tangent: &[Vec<f64>],
+        extra: &[Vec<f64>],
+    ) -> Vec<f64> {
+        let own: Vec<&Vec<f64>> = tangent.iter().chain(extra).collect();
+        let mut columns = self.columns.clone();
+        columns.extend(own.iter().map(|column| averaged(rows, column)));
+        let mut a = Symmetric::zeros(columns.len());
+        for i in 0..self.columns.len() {
+            for j in 0..=i {
+                a.set(i, j, self.products.get(i, j));
+            }
+        }
+        fill(&mut a, &columns, self.columns.len());
+        for i in 0..columns.len() {
+            let ridge = RIDGE * a.get(i, i);
+            a.add(i, i, ridge);
+        }
+        let all: Vec<&[f32]> = columns.iter().map(Vec::as_slice).collect();
+        let x = Cholesky::of(&a).solve(&products(&all, &[&averaged(rows, mismatch)]));
+        let mut residual = mismatch.to_vec();
+        let mut heights = x.as_slice();
+        for curve in &self.curves {
+            let (own, others) = heights.split_at(curve.len());
+            heights = others;
+            let mut rest = residual.as_mut_slice();
+            for context in contexts {
+                let (run, runs) = rest.split_at_mut(context.run.len());
+                curve.take_from(context, own, run);
+                rest = runs;
+            }
+        }
+        for (column, x) in own.iter().zip(heights) {
+            for (residual, z) in residual.iter_mut().zip(column.iter()) {
+                *residual -= x * z;
+            }
+        }
+        residual
+    }
+}
+
+/// Inner products of the columns from `first` on with all.
+fn fill(a: &mut Symmetric, columns: &[Vec<f32>], first: usize) {
+    let all: Vec<&[f32]> = columns.iter().map(Vec::as_slice).collect();
+    for (n, product) in products(&all[first..], &all).into_iter().enumerate() {
+        a.set(first + n / all.len(), n % all.len(), product);
+    }
+}
+
+fn averaged(rows: &Rows, column: &[f64]) -> Vec<f32> {
+    let plain = rows.plain(column);
+    let together = if plain.len() > MANY { AVERAGED } else { 1 };
+    plain.chunks(together).map(|chunk| (chunk.iter().sum::<f64>() / chunk.len() as f64) as f32).collect()
+}

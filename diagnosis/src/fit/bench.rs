@@ -1,0 +1,564 @@
+//! The bench: the mismatch and everything that may explain it as whitened columns, and every fit as algebra on their
+//! inner products.
+//!
+//! A column is made once, whitened once and kept. Cross products are made when a fit first needs them. The base holds
+//! the mismatch (column 0), the tangent of the law and the columns of whatever has been taken up.
+
+use simulation::mechanism::{Context, Search};
+
+use crate::fit::edges::Edges;
+use crate::fit::source::{Source, raw_columns, weighted};
+use crate::noise::locks::{Locks, locks};
+use crate::noise::rows::{Gram, Rows};
+use crate::numbers::linear::{Cholesky, Symmetric, dot, products};
+
+/// Share of the evidence that every number of a form must earn beside what chance would give it: a form is an
+/// idealisation, and a longer one that follows the truth a little closer is no better a name.
+const EARNED: f64 = 2e-3;
+
+/// Share of a column, in square, that rounding and whitening leave of one that is explained; of one that is there twice.
+const ROUNDING: f64 = 1e-6;
+const ROUNDING_OF_SHIFT: f64 = 1e-11;
+
+/// Columns that are whitened in one go.
+const AT_ONCE: usize = 8;
+
+/// Candidates that are multiplied in one go.
+const TOGETHER: usize = 128;
+
+/// Whitened columns of a source, and their cross products with the base as far as they are known.
+#[derive(Clone, Debug)]
+pub(crate) struct Candidate {
+    pub(crate) source: Source,
+    pub(crate) columns: Vec<Vec<f32>>,
+    bounds: Vec<(f64, f64)>,
+    own: Symmetric,
+    cross: Vec<Option<Vec<f64>>>,
+}
+
+impl Candidate {
+    /// Numbers that it has.
+    pub(crate) fn freedom(&self) -> usize {
+        self.columns.len() + self.source.shapes()
+    }
+
+    /// Forgets what was known about it and a base.
+    pub(crate) fn forget(&mut self) {
+        self.cross.clear();
+    }
+}
+
+/// How much a candidate explains beyond a model.
+#[derive(Clone, Debug)]
+pub(crate) struct Gain {
+    /// Rise of the logarithm of the likelihood.
+    pub(crate) nats: f64,
+    /// The same, less what its freedom costs.
+    pub(crate) score: f64,
+    pub(crate) amplitudes: Vec<f64>,
+}
+
+/// A cause that has been taken up.
+#[derive(Clone, Debug)]
+pub(crate) struct Member {
+    pub(crate) candidate: Candidate,
+    /// Its columns in the base.
+    pub(crate) base: Vec<usize>,
+}
+
+/// A member in the place that the others leave it.
+pub(crate) struct Beside {
+    pub(crate) others: Vec<Member>,
+    /// Of the law and the others.
+    pub(crate) fit: Fit,
+    /// The member's own, prepared for that fit, and what it adds to it.
+    pub(crate) own: Candidate,
+    pub(crate) gain: Gain,
+}
+
+/// A fit of the base.
+#[derive(Clone, Debug)]
+pub(crate) struct Fit {
+    pub(crate) active: Vec<usize>,
+    pub(crate) values: Vec<f64>,
+    /// Squared mismatch that is left, with the price of moved parameters.
+    pub(crate) rss: f64,
+    factor: Cholesky,
+    forward: Vec<f64>,
+}
+
+impl Fit {
+    pub(crate) fn variances(&self) -> Vec<f64> {
+        self.factor.variances()
+    }
+
+    pub(crate) fn value_of(&self, column: usize) -> f64 {
+        self.active.iter().position(|a| *a == column).map_or(0.0, |at| self.values[at])
+    }
+
+    /// The values of another fit, in which some columns take no part, with the variances of this one, in which they do.
+    pub(crate) fn standing(mut self, other: &Fit) -> Self {
+        self.values = self.active.iter().map(|column| other.value_of(*column)).collect();
+        self.rss = other.rss;
+        self
+    }
+}
+
+/// See the module.
+pub(crate) struct Bench<'a> {
+    pub(crate) rows: Rows,
+    pub(crate) contexts: &'a [Context<'a>],
+    /// Rows that are compared, of all runs laid end to end.
+    pub(crate) compared: Vec<bool>,
+    pub(crate) base: Vec<Vec<f32>>,
+    products: Symmetric,
+    /// Precision and pull of the tangent's columns.
+    prior: Vec<(f64, f64)>,
+    pub(crate) tangent: Vec<Vec<f64>>,
+    /// Whitened square of the largest force that a cause may have: one that is larger than all that was measured only
+    /// cancels against others.
+    pub(crate) largest: f64,
+    /// Whether the zero of the positions is that of this recording alone: a table over them would say nothing of the next.
+    pub(crate) is_relative: bool,
+    /// Time between two rows, s.
+    pub(crate) step_s: f64,
+    /// Travel since the force has turned from which on rows are compared, m.
+    pub(crate) seen_from_m: f64,
+    /// What starts and stops tell of the time between motion and force.
+    pub(crate) edges: Option<Edges>,
+    /// Stroke and travel of the longest run, m.
+    stroke_m: f64,
+    travel_m: f64,
+}
+
+impl<'a> Bench<'a> {
+    /// `mismatch` and `tangent` over the rows of all runs; `prior` of the tangent.
+    pub(crate) fn new(
+        rows: Rows,
+        contexts: &'a [Context<'a>],
+        compared: Vec<bool>,
+        mismatch: &[f64],
+        tangent: Vec<Vec<f64>>,
+        prior: Vec<(f64, f64)>,
+    ) -> Self {
+        let mut bench = Bench {
+            rows,
+            contexts,
+            compared,
+            base: Vec::new(),
+            products: Symmetric::zeros(0),
+            prior,
+            tangent: Vec::new(),
+            largest: f64::INFINITY,
+            is_relative: false,
+            seen_from_m: 0.0,
+            edges: None,
+            step_s: contexts.iter().map(|c| c.run.step_s()).find(|step| *step > 0.0).unwrap_or(1.0),
+            stroke_m: contexts.iter().map(|c| stroke_m(&c.motion.position_m)).fold(0.0, f64::max),
+            travel_m: contexts.iter().filter_map(|c| c.travel_m.last().copied()).fold(0.0, f64::max),
+        };
+        let raw: Vec<&[f64]> = std::iter::once(mismatch).chain(tangent.iter().map(Vec::as_slice)).collect();
+        bench.push(bench.rows.white_all(&raw));
+        bench.tangent = tangent;
+        bench
+    }
+
+    /// Adds whitened columns to the base; answers their places.
+    fn push(&mut self, columns: Vec<Vec<f32>>) -> Vec<usize> {
+        let first = self.base.len();
+        self.base.extend(columns);
+        let all: Vec<&[f32]> = self.base.iter().map(Vec::as_slice).collect();
+        let mut grown = Symmetric::zeros(all.len());
+        for i in 0..first {
+            for j in 0..=i {
+                grown.set(i, j, self.products.get(i, j));
+            }
+        }
+        for (n, product) in products(&all[first..], &all).into_iter().enumerate() {
+            grown.set(first + n / all.len(), n % all.len(), product);
+        }
+        self.products = grown;
+        (first..self.base.len()).collect()
+    }
+
+    /// The law's own columns.
+    pub(crate) fn law(&self) -> Vec<usize> {
+        (1..=self.prior.len()).collect()
+    }
+
+    fn prior_of(&self, column: usize) -> (f64, f64) {
+        self.prior.get(column - 1).copied().unwrap_or((0.0, 0.0))
+    }
+
+    pub(crate) fn fit(&self, active: &[usize]) -> Fit {
+        let mut a = self.products.part(active);
+        let mut b: Vec<f64> = active.iter().map(|i| self.products.get(0, *i)).collect();
+        for (k, column) in active.iter().enumerate() {
+            let (precision, pull) = self.prior_of(*column);
+            a.add(k, k, precision);
+            b[k] += pull;
+        }
+        let factor = Cholesky::of(&a);
+        let forward = factor.forward(&b);
+        let constant: f64 = active
+            .iter()
+            .map(|column| self.prior_of(*column))
+            .map(|(precision, pull)| if precision > 0.0 { pull * pull / precision } else { 0.0 })
+            .sum();
+        Fit {
+            active: active.to_vec(),
+            values: factor.solve(&b),
+            rss: self.products.get(0, 0) + constant - dot(&forward, &forward),
+            factor,
+            forward,
+        }
+    }
+
+    /// Steps of the law's parameters that fit best where some are held at a given step.
+    pub(crate) fn step_beside(&self, held: &[Option<f64>]) -> Vec<f64> {
+        let free: Vec<usize> = self.law().into_iter().filter(|column| held[column - 1].is_none()).collect();
+        let mut a = self.products.part(&free);
+        let mut b = Vec::with_capacity(free.len());
+        for (k, column) in free.iter().enumerate() {
+            let (precision, pull) = self.prior_of(*column);
+            a.add(k, k, precision);
+            let of_held: f64 = held
+                .iter()
+                .enumerate()
+                .filter_map(|(at, step)| step.map(|step| step * self.products.get(at + 1, *column)))
+                .sum();
+            b.push(self.products.get(0, *column) + pull - of_held);
+        }
+        let mut steps: Vec<f64> = held.iter().map(|step| step.unwrap_or(0.0)).collect();
+        for (column, step) in free.iter().zip(Cholesky::of(&a).solve(&b)) {
+            steps[column - 1] = step;
+        }
+        steps
+    }
+
+    /// The law and the members together, every amplitude with a sign that its cause can have: what pulls the wrong way
+    /// beside the others is left out, the worst first.
+    pub(crate) fn fit_members(&self, members: &[Member]) -> Fit {
+        self.fit_signed(self.active(members), members)
+    }
+
+    fn fit_signed(&self, mut active: Vec<usize>, members: &[Member]) -> Fit {
+        loop {
+            let fit = self.fit(&active);
+            let against = |column: usize, (least, most): (f64, f64)| {
+                let x = fit.value_of(column);
+                let wrong = if most <= 0.0 {
+                    x
+                } else if least >= 0.0 {
+                    -x
+                } else {
+                    0.0
+                };
+                (wrong * self.products.get(column, column).sqrt(), column)
+            };
+            let worst = members
+                .iter()
+                .flat_map(|member| member.base.iter().zip(&member.candidate.bounds))
+                .filter(|(column, _)| active.contains(column))
+                .map(|(column, bounds)| against(*column, *bounds))
+                .filter(|(wrong, _)| *wrong > 0.0)
+                .max_by(|a, b| a.0.total_cmp(&b.0));
+            match worst {
+                Some((_, column)) => active.retain(|other| *other != column),
+                None => return fit,
+            }
+        }
+    }
+
+    /// The members alone: the law stays where it is.
+    pub(crate) fn fit_beside_law(&self, members: &[Member]) -> Fit {
+        let of_members: Vec<usize> = members.iter().flat_map(|member| member.base.iter().copied()).collect();
+        self.fit_signed(of_members, members)
+    }
+
+    /// What a fit leaves, whitened.
+    pub(crate) fn rest(&self, fit: &Fit) -> Vec<f32> {
+        let mut rest = self.base[0].clone();
+        for (column, value) in fit.active.iter().zip(&fit.values) {
+            for (rest, x) in rest.iter_mut().zip(&self.base[*column]) {
+                *rest -= *value as f32 * x;
+            }
+        }
+        rest
+    }
+
+    /// Columns that are active with these members.
+    pub(crate) fn active(&self, members: &[Member]) -> Vec<usize> {
+        let mut active = self.law();
+        active.extend(members.iter().flat_map(|member| member.base.iter().copied()));
+        active
+    }
+
+    /// Columns of a source over the rows of all runs; `None` where no run shows it.
+    pub(crate) fn raw(&self, source: &Source) -> Option<Vec<Vec<f64>>> {
+        if let Source::Shift { parameter } = source {
+            return Some(vec![self.tangent[*parameter].clone()]);
+        }
+        raw_columns(source, self.contexts)
+    }
+
+    /// Force of a source with these amplitudes over the rows of all runs, N; nothing where no run shows it.
+    pub(crate) fn force(&self, source: &Source, amplitudes: &[f64]) -> Vec<f64> {
+        weighted(&self.raw(source).unwrap_or_default(), amplitudes)
+    }
+
+    /// Whether every length of a source is one that the runs show at least half of, and not hidden by play, and starts and
+    /// stops do not speak against it.
+    fn is_told(&self, source: &Source) -> bool {
+        if self.edges.is_some_and(|edges| !edges.allow(source)) {
+            return false;
+        }
+        let Source::Mechanism { definition, form, shape } = source else { return true };
+        definition.forms[*form].shape.iter().zip(shape).all(|(parameter, value)| match parameter.search {
+            Search::AlongStroke => *value <= 2.0 * self.stroke_m,
+            Search::AlongTravel => *value <= 2.0 * self.travel_m,
+            Search::SinceTurn => *value >= self.seen_from_m,
+            _ => true,
+        })
+    }
+
+    /// Whether starts and stops alone are evidence for a source.
+    pub(crate) fn is_spoken_for(&self, source: &Source) -> bool {
+        self.edges.is_some_and(|edges| edges.speak_for(source))
+    }
+
+    /// Whitens a source; `None` where no run shows it.
+    pub(crate) fn candidate(&self, source: Source) -> Option<Candidate> {
+        self.candidates([source]).pop()
+    }
+
+    /// Whitens many; those that no run shows are left out.
+    pub(crate) fn candidates(&self, sources: impl IntoIterator<Item = Source>) -> Vec<Candidate> {
+        let mut candidates = Vec::new();
+        let mut waiting: Vec<(Source, Vec<Vec<f64>>)> = Vec::new();
+        for source in sources.into_iter().filter(|source| self.is_told(source)) {
+            if let Source::Shift { parameter } = source {
+                candidates.extend(self.of_white(source, vec![self.base[parameter + 1].clone()]));
+                continue;
+            }
+            let Some(raw) = self.raw(&source) else { continue };
+            waiting.push((source, raw));
+            if waiting.iter().map(|(_, raw)| raw.len()).sum::<usize>() >= AT_ONCE {
+                self.whiten(&mut waiting, &mut candidates);
+            }
+        }
+        self.whiten(&mut waiting, &mut candidates);
+        candidates
+    }
+
+    fn whiten(&self, waiting: &mut Vec<(Source, Vec<Vec<f64>>)>, candidates: &mut Vec<Candidate>) {
+        let raw: Vec<&[f64]> = waiting.iter().flat_map(|(_, raw)| raw).map(Vec::as_slice).collect();
+        let mut white = self.rows.white_all(&raw).into_iter();
+        for (source, raw) in waiting.drain(..) {
+            candidates.extend(self.of_white(source, white.by_ref().take(raw.len()).collect()));
+        }
+    }
+
+    fn of_white(&self, source: Source, columns: Vec<Vec<f32>>) -> Option<Candidate> {
+        let own = Symmetric::gram(&columns.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        if (0..columns.len()).all(|i| !(own.get(i, i) > 1e-12))
+            || (0..columns.len()).any(|i| !own.get(i, i).is_finite())
+        {
+            return None;
+        }
+        let mut bounds = source.bounds(columns.len());
+        if let Some(edges) = &self.edges {
+            edges.bind(&source, &mut bounds);
+        }
+        Some(Candidate { source, columns, bounds, own, cross: Vec::new() })
+    }
+
+    /// Makes the cross products with these columns of the base.
+    pub(crate) fn prepare(&self, candidate: &mut Candidate, active: &[usize]) {
+        self.prepare_all(std::slice::from_mut(candidate), active);
+    }
+
+    /// The same for many: those that lack the same columns share the way through memory.
+    pub(crate) fn prepare_all(&self, candidates: &mut [Candidate], active: &[usize]) {
+        let lacking = |candidate: &Candidate| -> Vec<usize> {
+            let known = |column: usize| candidate.cross.get(column).is_some_and(Option::is_some);
+            std::iter::once(0).chain(active.iter().copied()).filter(|column| !known(*column)).collect()
+        };
+        for together in candidates.chunk_by_mut(|a, b| lacking(a) == lacking(b)) {
+            let missing = together.first().map(&lacking).unwrap_or_default();
+            let others: Vec<&[f32]> = missing.iter().map(|column| self.base[*column].as_slice()).collect();
+            if missing.is_empty() {
+                continue;
+            }
+            for few in together.chunks_mut(TOGETHER) {
+                let columns: Vec<&[f32]> = few.iter().flat_map(|c| &c.columns).map(Vec::as_slice).collect();
+                let all = products(&columns, &others);
+                let mut of_each = all.chunks(missing.len());
+                for candidate in few {
+                    candidate.cross.resize(self.base.len(), None);
+                    let own: Vec<&[f64]> = of_each.by_ref().take(candidate.columns.len()).collect();
+                    for (at, column) in missing.iter().enumerate() {
+                        candidate.cross[*column] = Some(own.iter().map(|products| products[at]).collect());
+                    }
+                }
+            }
+        }
+    }
+
+    /// What a fit leaves of a candidate's inner products, and of those with the mismatch; it must be prepared for the fit.
+    fn left(&self, candidate: &Candidate, fit: &Fit) -> (Symmetric, Vec<f64>) {
+        let count = candidate.columns.len();
+        let cross = |column: usize, k: usize| {
+            candidate.cross.get(column).and_then(Option::as_ref).map_or(0.0, |products| products[k])
+        };
+        let mut left = Symmetric::zeros(count);
+        let (mut right, mut imitated) = (vec![0.0; count], Vec::with_capacity(count));
+        for k in 0..count {
+            let along: Vec<f64> = fit.active.iter().map(|column| cross(*column, k)).collect();
+            let forward = fit.factor.forward(&along);
+            right[k] = cross(0, k) - dot(&forward, &fit.forward);
+            imitated.push(forward);
+        }
+        // a shift is a column of the law itself, and what is left of it is its tolerance
+        let rounding = if matches!(candidate.source, Source::Shift { .. }) { ROUNDING_OF_SHIFT } else { ROUNDING };
+        for i in 0..count {
+            for j in 0..=i {
+                let mut rest = candidate.own.get(i, j) - dot(&imitated[i], &imitated[j]);
+                // what the model explains to within rounding explains nothing itself
+                if i == j && rest < rounding * candidate.own.get(i, i) {
+                    rest = 0.0;
+                }
+                left.set(i, j, rest);
+            }
+        }
+        (left, right)
+    }
+
+    /// Inverse variance of a candidate's only amplitude beside a fit, for which it must be prepared.
+    pub(crate) fn precision(&self, candidate: &Candidate, fit: &Fit) -> f64 {
+        self.left(candidate, fit).0.get(0, 0)
+    }
+
+    /// What the candidate adds to a fit, for which it must be prepared.
+    pub(crate) fn gain(&self, candidate: &Candidate, fit: &Fit) -> Gain {
+        let count = candidate.columns.len();
+        let (left, right) = self.left(candidate, fit);
+        let (nats, amplitudes) = bounded(&left, &right, &candidate.bounds);
+        let own: f64 = (0..count)
+            .map(|i| amplitudes[i] * (0..count).map(|j| candidate.own.get(i, j) * amplitudes[j]).sum::<f64>())
+            .sum();
+        if own > self.largest {
+            return Gain { nats: 0.0, score: f64::NEG_INFINITY, amplitudes: vec![0.0; count] };
+        }
+        let used = amplitudes.iter().filter(|x| **x != 0.0).count().max(1);
+        let freedom = used + candidate.source.shapes();
+        let price = 0.5 * self.ln_rows() + EARNED * nats;
+        Gain { nats, score: nats - freedom as f64 * price, amplitudes }
+    }
+
+    pub(crate) fn ln_rows(&self) -> f64 {
+        (self.rows.len().max(2) as f64).ln()
+    }
+
+    /// Takes a candidate up.
+    pub(crate) fn take(&mut self, candidate: Candidate) -> Member {
+        let base = self.push(candidate.columns.clone());
+        Member { candidate, base }
+    }
+
+    /// What a member adds to the others.
+    pub(crate) fn beside(&self, members: &[Member], at: usize) -> Beside {
+        let others = without(members, at);
+        let fit = self.fit_members(&others);
+        let mut own = members[at].candidate.clone();
+        self.prepare(&mut own, &fit.active);
+        let gain = self.gain(&own, &fit);
+        Beside { others, fit, own, gain }
+    }
+
+    /// Both tests of a candidate against the members.
+    pub(crate) fn locks(&self, candidate: &Candidate, gain: &Gain, members: &[Member]) -> Locks {
+        self.locks_beside(candidate, gain, members, &[])
+    }
+
+    /// The same beside what the forms of members may leave, columns with amplitudes of the order of 1.
+    pub(crate) fn locks_beside(
+        &self,
+        candidate: &Candidate,
+        gain: &Gain,
+        members: &[Member],
+        leavings: &[Vec<f32>],
+    ) -> Locks {
+        let active = self.active(members);
+        let mut columns: Vec<&[f32]> = vec![&self.base[0]];
+        columns.extend(active.iter().map(|column| self.base[*column].as_slice()));
+        columns.extend(leavings.iter().map(Vec::as_slice));
+        let known = columns.len();
+        columns.extend(
+            candidate
+                .columns
+                .iter()
+                .zip(&gain.amplitudes)
+                .filter(|(_, x)| **x != 0.0)
+                .map(|(column, _)| column.as_slice()),
+        );
+        // three standard deviations are free: an effect must show beside parameters that use them up
+        let free = |(precision, pull)| (precision / 9.0, pull / 9.0);
+        let mut prior: Vec<(f64, f64)> = active.iter().map(|column| free(self.prior_of(*column))).collect();
+        prior.resize(prior.len() + leavings.len(), (1.0, 0.0));
+        prior.resize(columns.len() - 1, (0.0, 0.0));
+        locks(&Gram::of(&columns, &self.rows.blocks), known, &prior)
+    }
+}
+
+/// What acts.
+pub(crate) fn causes(members: &[Member]) -> impl Iterator<Item = &Candidate> {
+    members.iter().map(|member| &member.candidate)
+}
+
+/// All members but one.
+pub(crate) fn without(members: &[Member], at: usize) -> Vec<Member> {
+    members.iter().enumerate().filter(|(k, _)| *k != at).map(|(_, member)| member.clone()).collect()
+}
+
+/// Distance between the ends of some positions, m; 0 without any.
+fn stroke_m(position_m: &[f64]) -> f64 {
+    let finite = || position_m.iter().copied().filter(|x| x.is_finite());
+    (finite().fold(f64::NEG_INFINITY, f64::max) - finite().fold(f64::INFINITY, f64::min)).max(0.0)
+}
+
+/// Least squares within bounds: what pulls the wrong way is left out and what goes too far is held at its end, the worst
+/// first.
+fn bounded(left: &Symmetric, right: &[f64], bounds: &[(f64, f64)]) -> (f64, Vec<f64>) {
+    let count = right.len();
+    let mut free: Vec<usize> = (0..count).filter(|k| left.get(*k, *k) > 0.0).collect();
+    let mut amplitudes = vec![0.0; count];
+    loop {
+        let held =
+            |k: usize| (0..count).filter(|j| !free.contains(j)).map(|j| left.get(k, j) * amplitudes[j]).sum::<f64>();
+        let b: Vec<f64> = free.iter().map(|k| right[*k] - held(*k)).collect();
+        let x = Cholesky::of(&left.part(&free)).solve(&b);
+        // how far beyond its end, in units of what the evidence resolves
+        let beyond = |at: usize| {
+            let (least, most) = bounds.get(free[at]).copied().unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+            let end = x[at].clamp(least, most);
+            ((x[at] - end).abs() * left.get(free[at], free[at]).sqrt(), end)
+        };
+        let worst =
+            (0..free.len()).filter(|at| beyond(*at).0 > 0.0).max_by(|a, b| beyond(*a).0.total_cmp(&beyond(*b).0));
+        match worst {
+            Some(at) => {
+                amplitudes[free[at]] = beyond(at).1;
+                free.remove(at);
+            }
+            None => {
+                for (k, x) in free.iter().zip(&x) {
+                    amplitudes[*k] = *x;
+                }
+                let half = |i: usize| (0..count).map(|j| left.get(i, j) * amplitudes[j]).sum::<f64>();
+                let nats: f64 = (0..count).map(|i| amplitudes[i] * (right[i] - 0.5 * half(i))).sum();
+                return (nats.max(0.0), amplitudes);
+            }
+        }
+    }
+}

@@ -1,0 +1,418 @@
+//! How late the force follows a start and a stop: what tells a late channel from a filtered one, and both from friction
+//! that follows its speed late.
+//!
+//! ```text
+//! g(t) = (F(t) - F_before)/(F_after - F_before)       of one start from rest, or one stop
+//! late   time from where the position leaves its rest, or comes to it, to where g passes 1/2
+//! tail   ∫ (1 - g) dt behind that, of stops, as far as the window goes: the force of a carriage that rests is known
+//! ```
+//!
+//! While the motion keeps its direction the three look alike. At its ends they do not: a channel that is late steps late,
+//! a filter steps late and leaves a tail, and a friction whose size lags behind has its sign at once. The position leaves
+//! its rest so slowly that a start is seen late, and a stop by as much too early: half the sum of both is free of it where
+//! the ramps are alike, and how fast they go through two heights tells how alike they are.
+
+use simulation::mechanism::Id;
+use simulation::run::Run;
+
+use crate::fit::source::Source;
+use crate::noise::locks::least_of;
+use crate::numbers::statistics::{mean, median, robust_sigma, scatter};
+
+/// Starts, and stops, below which nothing is said.
+const FEWEST: usize = 5;
+
+/// Share of those seen whose force must pass the middle once, and when it does with the others.
+const CLEAR: f64 = 0.8;
+
+/// Least window to either side, s and rows.
+const WINDOW_S: f64 = 0.06;
+const WINDOW_ROWS: usize = 12;
+
+/// Rows next to the step that say nothing of the levels beside it.
+const BESIDE: usize = 4;
+
+/// A step, of what the force scatters by at rest.
+const STANDS_OUT: f64 = 15.0;
+
+/// One window in so many is one of rest; way within others, of what it is there.
+const FEW: usize = 50;
+const STILL: f64 = 3.0;
+
+/// Way from rest that is a movement: of what the position scatters by, and at least, m.
+const MOVED: f64 = 5.0;
+const LEAST_M: f64 = 1e-7;
+
+/// The second height of a ramp, of the first, and windows within which it must be reached.
+const FARTHER: f64 = 20.0;
+const RAMP: usize = 10;
+
+/// Standard error of the mean lateness of starts, or of stops, from which nothing is said, s.
+const SURE_S: f64 = 1e-3;
+
+/// Standard errors that a cause may be off by.
+const ERRORS: f64 = 3.0;
+
+/// Tail from which a force is no merely late one, s, rows, and of what it is late by: a filter's is 0.7 of it.
+const TAIL_S: f64 = 4e-4;
+const TAIL_ROWS: f64 = 0.1;
+const TAIL_SHARE: f64 = 0.2;
+
+/// Scatters from the median, and least time, s, beyond which a start or stop is another matter.
+const OUTLYING: f64 = 3.0;
+const OUTLYING_S: f64 = 0.01;
+
+/// Share of the tail that a filter would leave that must be there.
+const PRESENT: f64 = 0.5;
+
+/// What filters before the samples are taken may be late by, s.
+const FILTERS_S: f64 = 1e-4;
+
+/// Standard errors from which a force that is late or fades needs no other evidence.
+const SPEAKS: f64 = 5.0;
+
+/// Lateness and tail of the force, s, with their standard errors.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Edges {
+    late_s: f64,
+    late_error_s: f64,
+    tail_s: f64,
+    tail_error_s: f64,
+    step_s: f64,
+    window_s: f64,
+}
+
+/// One start or stop.
+struct Edge {
+    late_s: f64,
+    tail_s: f64,
+    /// Time in which the position goes from the first height to the second.
+    ramp_s: f64,
+}
+
+impl Edges {
+    /// `None` where the runs do not rest often enough, or their force does not step there. Rows that are `held`
+    /// back (one entry a row of all runs) have no say.
+    pub(crate) fn of(runs: &[Run], held: &[bool]) -> Option<Self> {
+        let (mut starts, mut stops) = (Vec::new(), Vec::new());
+        let mut seen = [0usize; 2];
+        let mut rest_of_held = held;
+        for run in runs {
+            let (held, others) = rest_of_held.split_at(run.len().min(rest_of_held.len()));
+            rest_of_held = others;
+            let position = run.position_m.as_ref()?;
+            let step_s = run.step_s();
+            if !(step_s > 0.0) {
+                continue;
+            }
+            let is_held = held.iter().chain(std::iter::repeat(&false));
+            let force: Vec<f64> =
+                run.drag_force_n.iter().zip(is_held).map(|(f, held)| if *held { f64::NAN } else { *f }).collect();
+            for part in &run.parts {
+                let (x, f) = (&position[part.rows.clone()], &force[part.rows.clone()]);
+                let rests = rests(x);
+                if rests.is_empty() {
+                    continue;
+                }
+                let reversed = |values: &[f64]| values.iter().rev().copied().collect::<Vec<f64>>();
+                let (x_back, f_back) = (reversed(x), reversed(f));
+                for rest in rests {
+                    if let Some(edge) = start(x, f, rest.clone(), step_s) {
+                        seen[0] += 1;
+                        starts.extend(edge);
+                    }
+                    // a stop is a start in time reversed: late there is early here
+                    let back = x.len() - rest.end..x.len() - rest.start;
+                    if let Some(edge) = start(&x_back, &f_back, back, step_s) {
+                        seen[1] += 1;
+                        stops.extend(edge.map(|edge| Edge { late_s: -edge.late_s, ..edge }));
+                    }
+                }
+            }
+        }
+        let starts = alike(starts, seen[0])?;
+        let stops = alike(stops, seen[1])?;
+        // mean and its standard error
+        let of = |edges: &[Edge], what: fn(&Edge) -> f64| {
+            let values: Vec<f64> = edges.iter().map(what).collect();
+            (mean(&values), scatter(&values) / (values.len() as f64).sqrt())
+        };
+        let (start, stop) = (of(&starts, |edge| edge.late_s), of(&stops, |edge| edge.late_s));
+        if start.1 > SURE_S || stop.1 > SURE_S {
+            return None;
+        }
+        let ramp = |edges: &[Edge]| level(&edges.iter().map(|edge| edge.ramp_s).collect::<Vec<_>>()).map(|(s, _)| s);
+        // play lets a start alone be late
+        if start.0 - stop.0 > ERRORS * start.1.hypot(stop.1) {
+            return None;
+        }
+        let unlike_s = 0.5 * (ramp(&starts)? - ramp(&stops)?).abs();
+        let tail = of(&stops, |edge| edge.tail_s);
+        let step_s = runs.iter().map(Run::step_s).find(|step| *step > 0.0)?;
+        Some(Edges {
+            late_s: 0.5 * (start.0 + stop.0),
+            late_error_s: (0.5 * start.1.hypot(stop.1)).hypot(FILTERS_S) + unlike_s / ERRORS,
+            tail_s: tail.0,
+            tail_error_s: tail.1,
+            step_s,
+            window_s: window(step_s) as f64 * step_s,
+        })
+    }
+
+    /// Whether a cause may act so that the force has these edges.
+    pub(crate) fn allow(&self, source: &Source) -> bool {
+        let Source::Mechanism { definition, form, shape } = source else { return true };
+        match definition.id {
+            Id::FrictionalLag => !self.has_tail() && self.late_s.abs() <= self.slack_s(),
+            Id::TimeMisalignment => {
+                let (least, most) = self.delays();
+                !self.has_tail() && shape.first().is_none_or(|delay| (least..=most).contains(delay))
+            }
+            Id::ForceLowpass => {
+                let time = shape.first().copied().unwrap_or(0.0) * if *form == 0 { 1.0 } else { 2.0 };
+                // behind its middle exp(-t/τ) has half of its area, of which the window sees all but the end
+                let seen_s = time * (0.5 - (-self.window_s / time.max(1e-9)).exp()).max(0.0);
+                let is_there = self.tail_s + ERRORS * self.tail_error_s >= PRESENT * seen_s;
+                is_there && (!self.is_late() || self.tail_s > ERRORS * self.tail_error_s)
+            }
+            _ => true,
+        }
+    }
+
+    /// Whether starts and stops alone are evidence for a cause, whatever the rest of the recording shows of it.
+    pub(crate) fn speak_for(&self, source: &Source) -> bool {
+        let is_faded = self.has_tail() && self.late_s > self.slack_s() && self.tail_s > SPEAKS * self.tail_error_s;
+        source.is(Id::TimeMisalignment) && self.is_late() || source.is(Id::ForceLowpass) && is_faded
+    }
+
+    /// Whether the force is surely late and does not fade.
+    fn is_late(&self) -> bool {
+        self.late_s.abs() > SPEAKS * self.late_error_s && !self.has_tail()
+    }
+
+    /// p-value of "the force is neither late nor fades".
+    pub(crate) fn p(&self) -> f64 {
+        let p = |errors: f64| libm::erfc(errors.abs() / std::f64::consts::SQRT_2);
+        least_of([p(self.late_s / self.late_error_s), p(self.tail_s / self.tail_error_s)])
+    }
+
+    /// Keeps the amplitudes of a cause to what the edges tell of them.
+    pub(crate) fn bind(&self, source: &Source, bounds: &mut [(f64, f64)]) {
+        let Source::Mechanism { definition, form: 0, .. } = source else { return };
+        if definition.id == Id::TimeMisalignment {
+            let (least, most) = self.delays();
+            bounds.iter_mut().for_each(|bounds| *bounds = (bounds.0.max(least), bounds.1.min(most)));
+        }
+    }
+
+    fn slack_s(&self) -> f64 {
+        ERRORS * self.late_error_s
+    }
+
+    /// Least and largest delay of the whole force, s.
+    fn delays(&self) -> (f64, f64) {
+        (self.late_s - self.slack_s(), self.late_s + self.slack_s())
+    }
+
+    /// Whether the force fades where a carriage stops.
+    fn has_tail(&self) -> bool {
+        let least = TAIL_S.max(TAIL_ROWS * self.step_s).max(TAIL_SHARE * self.late_s);
+        self.tail_s > least + ERRORS * self.tail_error_s
+    }
+}
+
+/// Rows of a window.
+fn window(step_s: f64) -> usize {
+    ((WINDOW_S / step_s) as usize).max(WINDOW_ROWS)
+}
+
+/// Those without outliers; `None` where too few of what was seen are left.
+fn alike(mut edges: Vec<Edge>, seen: usize) -> Option<Vec<Edge>> {
+    let (middle, scatter) = level(&edges.iter().map(|edge| edge.late_s).collect::<Vec<_>>())?;
+    edges.retain(|edge| (edge.late_s - middle).abs() <= (OUTLYING * scatter).max(OUTLYING_S));
+    (edges.len() >= FEWEST && edges.len() as f64 >= CLEAR * seen as f64).then_some(edges)
+}
+
+/// Rests of a part: rows over which the position moves hardly more than where it moves least.
+fn rests(x: &[f64]) -> Vec<std::ops::Range<usize>> {
+    if x.len() < 4 * WINDOW_ROWS {
+        return Vec::new();
+    }
+    let steps: Vec<f64> = x.windows(2).map(|two| (two[1] - two[0]).abs()).collect();
+    let way: Vec<f64> = steps.windows(WINDOW_ROWS).map(|steps| steps.iter().sum()).collect();
+    let mut sorted: Vec<f64> = way.iter().copied().filter(|way| way.is_finite()).collect();
+    if sorted.is_empty() {
+        return Vec::new();
+    }
+    let few = sorted.len() / FEW;
+    let quiet = *sorted.select_nth_unstable_by(few, f64::total_cmp).1;
+    let limit = (STILL * quiet).max(WINDOW_ROWS as f64 * LEAST_M);
+    let mut rests = Vec::new();
+    let mut from = None;
+    for n in 0..=way.len() {
+        match (way.get(n).is_some_and(|way| *way <= limit), from) {
+            (true, None) => from = Some(n),
+            (false, Some(start)) => {
+                let rest = start..n - 1 + WINDOW_ROWS;
+                if rest.len() >= 2 * WINDOW_ROWS {
+                    rests.push(rest);
+                }
+                from = None;
+            }
+            _ => {}
+        }
+    }
+    rests
+}
+
+/// The start that ends a rest. `None` where none is seen or the force does not step; the inner `None` where it does so
+/// without passing its middle once.
+fn start(x: &[f64], f: &[f64], rest: std::ops::Range<usize>, step_s: f64) -> Option<Option<Edge>> {
+    let window = window(step_s);
+    let inner = rest.start + BESIDE..rest.end - BESIDE;
+    let (place, off) = level(&x[inner.clone()])?;
+    let height = (MOVED * off).max(LEAST_M);
+    let middle = (inner.start + inner.end) / 2;
+    let near = (rest.end + RAMP * window).min(x.len());
+    let leaves = |height: f64| (middle..near).find(|n| !((x[*n] - place).abs() <= height));
+    let (at, farther) = (leaves(height)?, leaves(FARTHER * height)?);
+    let (from, to) = (at.checked_sub(window)?, at + window);
+    if to >= f.len() || from < rest.start || f[from..to].iter().any(|f| !f.is_finite()) {
+        return None;
+    }
+    // a force that changes within a rest scatters more than it does at rest
+    let (before, noise) = (level(&f[inner.clone()])?.0, scatter(&finite(&f[inner])));
+    let (after, _) = level(&f[at + BESIDE..to])?;
+    if !((after - before).abs() > STANDS_OUT * noise.max(1e-9)) {
+        return None;
+    }
+    let moved = |n: usize| (f[n] - before) / (after - before);
+    let mut passes = (from + 1..to).filter(|n| (moved(*n) >= 0.5) != (moved(n - 1) >= 0.5));
+    let (Some(passed), None) = (passes.next(), passes.next()) else { return Some(None) };
+    let tail: f64 = (from..passed).map(moved).sum();
+    Some(Some(Edge {
+        late_s: (passed as f64 - at as f64) * step_s,
+        tail_s: tail * step_s,
+        ramp_s: (farther - at) as f64 * step_s,
+    }))
+}
+
+/// Median of the values that are there, and how they scatter around it.
+fn level(values: &[f64]) -> Option<(f64, f64)> {
+    let finite = finite(values);
+    let middle = median(finite.clone())?;
+    Some((middle, robust_sigma(&finite.iter().map(|x| x - middle).collect::<Vec<_>>())))
+}
+
+fn finite(values: &[f64]) -> Vec<f64> {
+    values.iter().copied().filter(|x| x.is_finite()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use simulation::mechanism::definition;
+    use simulation::run::{Break, Part};
+    use simulation::sensor::Noise;
+
+    use super::*;
+
+    /// Forty strokes to and fro with rests between, 10 N of friction with its sign `late_s` after that of the speed and
+    /// through a filter of `filter_s`; after a turn, play takes `play_s` up.
+    fn strokes(late_s: f64, filter_s: f64, play_s: f64) -> Run {
+        strokes_at(5e-3, late_s, filter_s, play_s)
+    }
+
+    fn strokes_at(step_s: f64, late_s: f64, filter_s: f64, play_s: f64) -> Run {
+        let (fine, each_s) = ((1e4 * step_s) as usize, 1.2037);
+        let sign = |t: f64| {
+            let (stroke, since) = ((t / each_s).floor(), t.rem_euclid(each_s));
+            let direction = if (stroke as i64).rem_euclid(2) == 0 { 1.0 } else { -1.0 };
+            let is_moving = t > 0.0 && (0.4..0.9).contains(&since);
+            if is_moving { (direction, since) } else { (0.0, since) }
+        };
+        // up within 0.1 s, down within 0.1 s
+        let speed = |t: f64| {
+            let (direction, since) = sign(t);
+            direction * 0.05 * ((since - 0.4) / 0.1).min((0.9 - since) / 0.1).clamp(0.0, 1.0)
+        };
+        let mut noise = Noise::new(3, 0);
+        let (mut x, mut filtered) = (0.0, 0.0);
+        let mut run = Run { position_m: Some(Vec::new()), ..Run::default() };
+        for n in 0..(40.0 * each_s / step_s) as usize {
+            for k in 0..fine {
+                let t = (n as f64 + k as f64 / fine as f64) * step_s;
+                x += speed(t) * step_s / fine as f64;
+                let (direction, since) = sign(t - late_s);
+                let force = if since - 0.4 < play_s { 0.0 } else { 10.0 * direction };
+                let share = if filter_s > 0.0 { 1.0 - (-step_s / fine as f64 / filter_s).exp() } else { 1.0 };
+                filtered += share * (force - filtered);
+            }
+            run.time_s.push((n + 1) as f64 * step_s);
+            run.drag_force_n.push(filtered + 0.05 * noise.gaussian());
+            run.position_m.as_mut().expect("it was set").push(x + 2e-7 * noise.gaussian());
+        }
+        run.parts = vec![Part { rows: 0..run.time_s.len(), segment: None, starts: Break::Start }];
+        run
+    }
+
+    fn of(run: Run) -> Option<Edges> {
+        Edges::of(std::slice::from_ref(&run), &vec![false; run.len()])
+    }
+
+    fn source(id: Id, shape: &[f64]) -> Source {
+        Source::Mechanism { definition: definition(id), form: 0, shape: shape.to_vec() }
+    }
+
+    #[test]
+    fn edges_tell_a_late_force_from_a_filtered_one_and_both_from_friction_that_lags() {
+        let on_time = of(strokes(0.0, 0.0, 0.0)).expect("it rests and starts");
+        assert!(on_time.late_s.abs() < 4e-4 && on_time.tail_s.abs() < 1e-4, "{on_time:?}");
+        assert!(
+            on_time.allow(&source(Id::FrictionalLag, &[0.01])) && !on_time.allow(&source(Id::ForceLowpass, &[0.01]))
+        );
+        assert!(!on_time.speak_for(&source(Id::TimeMisalignment, &[])));
+
+        for delay_s in [-4e-3, 3e-3] {
+            let late = of(strokes(delay_s, 0.0, 0.0)).expect("it rests and starts");
+            assert!((late.late_s - delay_s).abs() < 4e-4 && late.tail_s.abs() < 1e-4, "{late:?}");
+            assert!(
+                late.speak_for(&source(Id::TimeMisalignment, &[])) && !late.speak_for(&source(Id::ForceLowpass, &[]))
+            );
+            assert!(
+                !late.allow(&source(Id::FrictionalLag, &[0.01])) && !late.allow(&source(Id::ForceLowpass, &[3e-3]))
+            );
+            let mut bounds = [(-1.0, 1.0)];
+            late.bind(&source(Id::TimeMisalignment, &[]), &mut bounds);
+            assert!(bounds[0].0 < delay_s && delay_s < bounds[0].1 && bounds[0].1 - bounds[0].0 < 3e-3, "{bounds:?}");
+        }
+
+        let filtered = of(strokes(0.0, 4e-3, 0.0)).expect("it rests and starts");
+        // half of what comes behind the middle of exp(-t/τ)
+        assert!((filtered.tail_s - 2e-3).abs() < 3e-4 && (filtered.late_s - 2.8e-3).abs() < 4e-4, "{filtered:?}");
+        assert!(
+            filtered.speak_for(&source(Id::ForceLowpass, &[4e-3]))
+                && filtered.allow(&source(Id::ForceLowpass, &[4e-3]))
+        );
+        assert!(
+            !filtered.allow(&source(Id::TimeMisalignment, &[])) && !filtered.allow(&source(Id::FrictionalLag, &[0.01]))
+        );
+    }
+
+    #[test]
+    fn a_slow_filter_is_seen_at_any_rate() {
+        for step_s in [1e-3, 5e-3] {
+            let filtered = of(strokes_at(step_s, 0.0, 0.025, 0.0)).expect("it rests and starts");
+            let lowpass = source(Id::ForceLowpass, &[0.025]);
+            assert!(filtered.speak_for(&lowpass) && filtered.allow(&lowpass), "{filtered:?}");
+            assert!(!filtered.allow(&source(Id::TimeMisalignment, &[])), "{filtered:?}");
+        }
+    }
+
+    #[test]
+    fn play_and_a_carriage_that_does_not_rest_say_nothing() {
+        assert!(of(strokes(0.0, 0.0, 0.04)).is_none());
+        let mut run = strokes(0.0, 0.0, 0.0);
+        run.position_m.as_mut().expect("it was set").iter_mut().enumerate().for_each(|(n, x)| *x = 1e-4 * n as f64);
+        assert!(of(run).is_none());
+    }
+}

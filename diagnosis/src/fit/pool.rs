@@ -1,0 +1,299 @@
+//! Everything that may be taken up: the causes of the library over grids of their shapes, the law's parameters set free,
+//! and curves without a story.
+
+use simulation::mechanism::{Definition, Form, Id, Kind, Search, ShapeParameter, library};
+
+use crate::fit::bench::{Bench, Candidate, Fit, Gain};
+use crate::fit::refine::refine;
+use crate::fit::source::Source;
+use crate::fit::spectrum::{Left, Waves, is_wave, span, tried};
+use crate::fit::story::Curve;
+use crate::nominal::Nominal;
+
+/// Causes whose every form is looked at.
+const LEADING: usize = 5;
+
+/// Most points of a grid over shape parameters; of a form whose mechanism is already there, fewer.
+const MOST_POINTS: usize = 150;
+const MOST_POINTS_OF_RICHER: usize = 50;
+
+/// Prior values of the parameters: how far calibration has moved each already, and its tolerance.
+pub(crate) struct Tolerances<'a> {
+    pub(crate) nominal: &'a Nominal,
+    pub(crate) moved: &'a [f64],
+}
+
+/// Everything that may be taken up, whitened.
+pub(crate) struct Pool {
+    pub(crate) causes: Vec<Candidate>,
+    pub(crate) stories: Vec<Candidate>,
+    /// Number of different causes.
+    pub(crate) kinds: usize,
+    /// Those that are waves along the rail: their wavelengths follow from what a fit leaves.
+    waves: Vec<&'static Definition>,
+    /// Stroke over which waves are seen, m.
+    pub(crate) span_m: f64,
+    /// What the search for their lengths takes from runs and noise alone, by cause and form.
+    spectra: Vec<(Id, usize, Waves)>,
+    /// Causes all of whose forms are here.
+    whole: Vec<Id>,
+}
+
+impl Pool {
+    pub(crate) fn new(
+        bench: &Bench<'_>,
+        tolerances: &Tolerances<'_>,
+        curves: &[Curve],
+        ringing: Option<&[Vec<f64>]>,
+    ) -> Self {
+        let mut causes = Vec::new();
+        let mut kinds = 0;
+        let ends = span(bench);
+        let (mut waves, span_m) = (Vec::new(), (ends.1 - ends.0).max(0.0));
+        // what the channel itself shows is no matter of a fit
+        for definition in library().iter().filter(|definition| definition.id != Id::ForceSaturation) {
+            let before = causes.len();
+            if definition.forms.first().is_some_and(is_wave) {
+                waves.push(definition);
+                kinds += 1;
+                continue;
+            }
+            let shapes = definition.forms.first().map(|form| grid(form, MOST_POINTS, ends)).unwrap_or_default();
+            let more = match ringing {
+                None if definition.id == Id::StructuralResonance => continue,
+                Some(ringing) if definition.id == Id::StructuralResonance => ringing,
+                _ => &[],
+            };
+            let minimal = shapes.into_iter().chain(more.iter().cloned()).map(|shape| Source::Mechanism {
+                definition,
+                form: 0,
+                shape,
+            });
+            let shapeless = (1..definition.forms.len()).filter(|form| definition.forms[*form].shape.is_empty());
+            let richer = shapeless.map(|form| Source::Mechanism { definition, form, shape: Vec::new() });
+            causes.extend(bench.candidates(minimal.chain(richer)));
+            kinds += usize::from(causes.len() > before);
+        }
+        causes.extend(shifts(bench, tolerances));
+        kinds += tolerances.nominal.parameters.iter().filter(|parameter| parameter.can_shift()).count();
+        let stories = bench.candidates(curves.iter().map(|curve| Source::Story { curve: curve.clone() }));
+        Pool { causes, stories, kinds, waves, span_m, spectra: Vec::new(), whole: Vec::new() }
+    }
+
+    /// The same for another bench of the same runs and the same noise: columns stay, the law is another.
+    pub(crate) fn again(mut self, bench: &Bench<'_>, tolerances: &Tolerances<'_>) -> Self {
+        self.causes.retain(|candidate| !matches!(candidate.source, Source::Shift { .. }));
+        self.causes.iter_mut().chain(&mut self.stories).for_each(Candidate::forget);
+        self.causes.extend(shifts(bench, tolerances));
+        self
+    }
+
+    /// The best of each cause beyond a fit, best first; of the leading ones in whichever form does best.
+    pub(crate) fn ranked_causes(
+        &mut self,
+        bench: &Bench<'_>,
+        fit: &Fit,
+        tolerances: &Tolerances<'_>,
+    ) -> Vec<(usize, Gain)> {
+        let left = Left::of(bench, fit);
+        let mut seen = Vec::new();
+        for definition in self.waves.clone() {
+            self.tune(bench, &left, definition, &mut seen);
+        }
+        let order = ranked(bench, &mut self.causes, fit, tolerances);
+        let leading: Vec<Source> = order
+            .iter()
+            .map(|(index, _)| &self.causes[*index].source)
+            .filter(|source| matches!(source, Source::Mechanism { .. }))
+            .take(LEADING)
+            .cloned()
+            .collect();
+        let before = self.whole.len();
+        for source in leading {
+            self.complete(bench, &left, &source);
+        }
+        if self.whole.len() == before {
+            return order;
+        }
+        ranked(bench, &mut self.causes, fit, tolerances)
+    }
+
+    /// The best of a cause in any of its forms.
+    pub(crate) fn best_of(&mut self, bench: &Bench<'_>, source: &Source, fit: &Fit) -> Option<(Candidate, Gain)> {
+        let Source::Mechanism { definition, .. } = source else { return None };
+        if !self.whole.contains(&definition.id) {
+            self.complete(bench, &Left::of(bench, fit), source);
+        }
+        let of_kind =
+            |c: &&mut Candidate| matches!(&c.source, Source::Mechanism { definition: d, .. } if d.id == definition.id);
+        let mut best: Option<(&Candidate, Gain)> = None;
+        for candidate in self.causes.iter_mut().filter(of_kind) {
+            bench.prepare(candidate, &fit.active);
+            let gain = bench.gain(candidate, fit);
+            if best.as_ref().is_none_or(|(_, other)| gain.score > other.score) {
+                best = Some((candidate, gain));
+            }
+        }
+        best.map(|(candidate, _)| refine(bench, candidate, fit))
+    }
+
+    /// The minimal form of a cause, where it adds most to a fit.
+    pub(crate) fn minimal(&mut self, bench: &Bench<'_>, source: &Source, fit: &Fit) -> Option<(&Candidate, Gain)> {
+        let own = self.causes.iter_mut().filter(|c| c.source.is_minimal() && c.source.is_kin(source));
+        own.map(|candidate| {
+            bench.prepare(candidate, &fit.active);
+            let gain = bench.gain(candidate, fit);
+            (&*candidate, gain)
+        })
+        .max_by(|a, b| a.1.score.total_cmp(&b.1.score))
+    }
+
+    /// Adds the forms of a cause that a first look leaves out. What a form shares with the one of `source` (the place of
+    /// a joint) is where it is there.
+    fn complete(&mut self, bench: &Bench<'_>, left: &Left, source: &Source) {
+        let Source::Mechanism { definition, form: known, shape: known_shape } = source else { return };
+        if self.whole.contains(&definition.id) {
+            return;
+        }
+        let shared = |name: &str| {
+            let at = definition.forms[*known].shape.iter().position(|parameter| parameter.name == name)?;
+            known_shape.get(at).copied()
+        };
+        self.whole.push(definition.id);
+        for (form, what) in definition.forms.iter().enumerate() {
+            if bench.is_relative && what.shape.iter().any(|parameter| parameter.search == Search::StrokeStart) {
+                continue;
+            }
+            if is_wave(what) && !self.waves.iter().any(|wave| wave.id == definition.id) {
+                self.tune(bench, left, definition, &mut Vec::new());
+            } else if form > 0 && !what.shape.is_empty() && !is_wave(what) {
+                let shapes = grid_around(what, MOST_POINTS_OF_RICHER, span(bench), &shared);
+                let source = |shape| Source::Mechanism { definition, form, shape };
+                self.causes.extend(bench.candidates(shapes.into_iter().map(source)));
+            }
+        }
+    }
+
+    /// Adds the wavelengths that what is left points to, in every form that is a wave. `seen`: those of other causes,
+    /// which a sensor may imitate; those of this one are added.
+    fn tune(&mut self, bench: &Bench<'_>, left: &Left, definition: &'static Definition, seen: &mut Vec<f64>) {
+        let waves: Vec<usize> = (0..definition.forms.len()).filter(|form| is_wave(&definition.forms[*form])).collect();
+        let mut own = Vec::new();
+        for form in &waves {
+            let known = |(id, of, _): &(Id, usize, Waves)| *id == definition.id && of == form;
+            if !self.spectra.iter().any(known) {
+                self.spectra.push((definition.id, *form, Waves::of(bench, left, definition, *form)));
+            }
+            own.extend(self.spectra.iter().filter(|of| known(of)).flat_map(|(.., waves)| left.peaks(bench, waves)));
+        }
+        seen.extend(&own);
+        let peaks = if definition.kind == Kind::Sensor { seen.clone() } else { own };
+        let mut sources: Vec<Source> = Vec::new();
+        for form in waves {
+            for peak in &peaks {
+                // what repeats after a wave may be the second order of one twice as long
+                let lengths = if form > 0 { vec![*peak, 2.0 * peak] } else { vec![*peak] };
+                for length in lengths.into_iter().filter(|length| is_within(&definition.forms[form].shape[0], *length))
+                {
+                    let close = |source: &Source| match source {
+                        Source::Mechanism { definition: d, form: f, shape } if d.id == definition.id && *f == form => {
+                            (1.0 / shape[0] - 1.0 / length).abs() * self.span_m < 0.1
+                        }
+                        _ => false,
+                    };
+                    if !self.causes.iter().map(|candidate| &candidate.source).chain(&sources).any(close) {
+                        sources.push(Source::Mechanism { definition, form, shape: vec![length] });
+                    }
+                }
+            }
+        }
+        self.causes.extend(bench.candidates(sources));
+    }
+
+    /// Numbers that were tried for a cause.
+    pub(crate) fn points_of(&self, source: &Source) -> usize {
+        match source {
+            Source::Mechanism { definition, form, .. } if is_wave(&definition.forms[*form]) => {
+                tried(&definition.forms[*form], self.span_m)
+            }
+            _ => self.causes.iter().filter(|other| other.source.is_kin(source)).count(),
+        }
+    }
+}
+
+/// The law's own parameters as causes.
+fn shifts(bench: &Bench<'_>, tolerances: &Tolerances<'_>) -> Vec<Candidate> {
+    let parameters = tolerances.nominal.parameters.iter().enumerate();
+    parameters
+        .filter(|(_, what)| what.can_shift())
+        .filter_map(|(parameter, _)| bench.candidate(Source::Shift { parameter }))
+        .collect()
+}
+
+/// Grid over the shape parameters of a form.
+pub(crate) fn grid(form: &Form, most: usize, stroke: (f64, f64)) -> Vec<Vec<f64>> {
+    grid_around(form, most, stroke, &|_| None)
+}
+
+/// The same with the values that are `known`.
+fn grid_around(form: &Form, most: usize, stroke: (f64, f64), known: &dyn Fn(&str) -> Option<f64>) -> Vec<Vec<f64>> {
+    let mut points: Vec<Vec<f64>> = vec![Vec::new()];
+    for parameter in form.shape {
+        let free = |p: &&ShapeParameter| p.name != parameter.name && known(p.name).is_none();
+        let others: usize = form.shape.iter().filter(free).map(|p| p.grid.max(1)).product();
+        let count = parameter.grid.clamp(1, (most / others.clamp(1, most)).max(2));
+        let values: Vec<f64> = match parameter.search {
+            _ if known(parameter.name).is_some() => known(parameter.name).into_iter().collect(),
+            Search::StrokeStart => vec![stroke.0],
+            Search::StrokeEnd => vec![stroke.1],
+            Search::Grid | Search::AlongStroke | Search::AlongTravel | Search::SinceTurn | Search::Wave => (0..count)
+                .map(|k| if count == 1 { 0.5 } else { k as f64 / (count - 1) as f64 })
+                .map(|share| parameter.at(share))
+                .collect(),
+        };
+        points = points
+            .iter()
+            .flat_map(|point| values.iter().map(move |value| point.iter().copied().chain([*value]).collect()))
+            .collect();
+    }
+    points
+}
+
+fn is_within(parameter: &ShapeParameter, value: f64) -> bool {
+    (parameter.from..=parameter.to).contains(&value)
+}
+
+/// The best of each candidate's kind beyond a fit, best first.
+pub(crate) fn ranked(
+    bench: &Bench<'_>,
+    pool: &mut [Candidate],
+    fit: &Fit,
+    tolerances: &Tolerances<'_>,
+) -> Vec<(usize, Gain)> {
+    let mut best: Vec<(usize, Gain)> = Vec::new();
+    bench.prepare_all(pool, &fit.active);
+    for index in 0..pool.len() {
+        let gain = bench.gain(&pool[index], fit);
+        if !(gain.nats > 0.0) || !is_beyond_tolerance(&pool[index].source, &gain, tolerances) {
+            continue;
+        }
+        match best.iter_mut().find(|(other, _)| pool[*other].source.is_kin(&pool[index].source)) {
+            Some(entry) if gain.score > entry.1.score => *entry = (index, gain),
+            Some(_) => {}
+            None => best.push((index, gain)),
+        }
+    }
+    best.sort_by(|a, b| b.1.score.total_cmp(&a.1.score));
+    best
+}
+
+/// A shift within three standard deviations is no finding.
+fn is_beyond_tolerance(source: &Source, gain: &Gain, tolerances: &Tolerances<'_>) -> bool {
+    match source {
+        Source::Shift { parameter } => {
+            let sigma = tolerances.nominal.parameters[*parameter].sigma.unwrap_or(f64::INFINITY);
+            (tolerances.moved[*parameter] + gain.amplitudes[0]).abs() > 3.0 * sigma
+        }
+        _ => true,
+    }
+}

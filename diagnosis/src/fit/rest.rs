@@ -1,0 +1,47 @@
+//! Power of what fits leave, and of what causes add.
+
+use crate::fit::bench::{Bench, Fit};
+use crate::noise::rows::Rows;
+use crate::numbers::linear::{Cholesky, Symmetric, dot};
+
+pub(crate) fn power(rows: &Rows, column: &[f64]) -> f64 {
+    let plain = rows.plain(column);
+    dot(&plain, &plain) / plain.len().max(1) as f64
+}
+
+pub(crate) fn noise_rms(rows: &Rows, residual: &[f64]) -> f64 {
+    power(rows, residual).sqrt()
+}
+
+/// Variance of the whitened residual: 1 where the noise was known.
+pub(crate) fn whiteness(bench: &Bench<'_>, fit: &Fit) -> f64 {
+    fit.rss / bench.rows.len().max(1) as f64
+}
+
+/// Shares of the causes: what each adds to the force that all explain together beyond the law's parameters.
+pub(crate) fn shares(rows: &Rows, tangent: &[Vec<f64>], forces: &[Vec<f64>], explained: f64) -> Vec<f64> {
+    let plain: Vec<Vec<f64>> = forces.iter().map(|force| beyond(rows, tangent, force)).collect();
+    let sum: Vec<f64> = (0..rows.len()).map(|n| plain.iter().map(|force| force[n]).sum()).collect();
+    let parts: Vec<f64> = plain.iter().map(|force| dot(force, &sum).max(1e-3 * dot(force, force))).collect();
+    let total: f64 = parts.iter().sum();
+    parts.iter().map(|part| if total > 0.0 { explained * part / total } else { 0.0 }).collect()
+}
+
+/// Compared rows of a force, without what the law's parameters imitate.
+pub(crate) fn beyond(rows: &Rows, tangent: &[Vec<f64>], force: &[f64]) -> Vec<f64> {
+    let mut plain = rows.plain(force);
+    let columns: Vec<Vec<f64>> = tangent.iter().map(|column| rows.plain(column)).collect();
+    let mut a = Symmetric::zeros(columns.len());
+    for i in 0..columns.len() {
+        for j in 0..=i {
+            a.set(i, j, dot(&columns[i], &columns[j]));
+        }
+    }
+    let b: Vec<f64> = columns.iter().map(|column| dot(column, &plain)).collect();
+    for (column, x) in columns.iter().zip(Cholesky::of(&a).solve(&b)) {
+        for (force, z) in plain.iter_mut().zip(column) {
+            *force -= x * z;
+        }
+    }
+    plain
+}

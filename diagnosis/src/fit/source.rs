@@ -1,0 +1,139 @@
+//! Where a column comes from: a form of a mechanism at values of its shape, a parameter of the law, or a curve without a
+//! story.
+
+use simulation::mechanism::{Added, Context, Definition, Id, Sign};
+
+use crate::fit::story::{Axis, Curve};
+
+/// Where a set of columns comes from.
+#[derive(Clone, Debug)]
+pub(crate) enum Source {
+    /// A form of a mechanism, at values of its shape parameters.
+    Mechanism { definition: &'static Definition, form: usize, shape: Vec<f64> },
+    /// A parameter of the law, free of its tolerance.
+    Shift { parameter: usize },
+    /// A curve without a story.
+    Story { curve: Curve },
+}
+
+impl Source {
+    /// Whether both stand for the same cause.
+    pub(crate) fn is_kin(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Source::Mechanism { definition: a, .. }, Source::Mechanism { definition: b, .. }) => a.id == b.id,
+            (Source::Shift { parameter: a }, Source::Shift { parameter: b }) => a == b,
+            (Source::Story { curve: a }, Source::Story { curve: b }) => a.axis == b.axis && a.carrier == b.carrier,
+            _ => false,
+        }
+    }
+
+    /// Whether it is a form of this mechanism.
+    pub(crate) fn is(&self, id: Id) -> bool {
+        matches!(self, Source::Mechanism { definition, .. } if definition.id == id)
+    }
+
+    pub(crate) fn is_story(&self) -> bool {
+        matches!(self, Source::Story { .. })
+    }
+
+    /// Name in a report.
+    pub(crate) fn id(&self) -> &'static str {
+        match self {
+            Source::Mechanism { definition, .. } => definition.id.name(),
+            Source::Shift { .. } => "parameter-shift",
+            Source::Story { .. } => "unknown",
+        }
+    }
+
+    /// Order among causes that a recording cannot tell apart: the lowest leads.
+    pub(crate) fn simplicity(&self) -> u8 {
+        match self {
+            Source::Mechanism { definition, .. } => definition.simplicity,
+            Source::Shift { .. } => 0,
+            Source::Story { .. } => u8::MAX,
+        }
+    }
+
+    /// Whether it is tied to places.
+    pub(crate) fn is_phase_bound(&self) -> bool {
+        match self {
+            Source::Mechanism { definition, form, .. } => definition.forms[*form].phase_bound,
+            Source::Story { curve } => curve.axis == Axis::Position,
+            Source::Shift { .. } => false,
+        }
+    }
+
+    /// Whether it is the first form of a mechanism.
+    pub(crate) fn is_minimal(&self) -> bool {
+        matches!(self, Source::Mechanism { form: 0, .. })
+    }
+
+    /// Number of shape parameters.
+    pub(crate) fn shapes(&self) -> usize {
+        match self {
+            Source::Mechanism { shape, .. } => shape.len(),
+            _ => 0,
+        }
+    }
+
+    /// Least and largest value of every amplitude.
+    pub(crate) fn bounds(&self, amplitudes: usize) -> Vec<(f64, f64)> {
+        match self {
+            Source::Mechanism { definition, form, .. } => definition.forms[*form]
+                .amplitudes
+                .iter()
+                .map(|amplitude| match amplitude.sign {
+                    Sign::Positive => (amplitude.least, amplitude.most),
+                    Sign::Negative => (-amplitude.most, -amplitude.least),
+                    Sign::Free => (-amplitude.most, amplitude.most),
+                })
+                .collect(),
+            _ => vec![(f64::NEG_INFINITY, f64::INFINITY); amplitudes],
+        }
+    }
+}
+
+/// Columns of a mechanism or a curve over the rows of these runs, laid end to end.
+pub(crate) fn raw_columns(source: &Source, contexts: &[Context<'_>]) -> Option<Vec<Vec<f64>>> {
+    let count = match source {
+        Source::Mechanism { definition, form, .. } => definition.forms[*form].amplitudes.len(),
+        Source::Shift { .. } => return None,
+        Source::Story { curve } => curve.columns(contexts.first()?).len(),
+    };
+    let mut columns = vec![Vec::new(); count];
+    let mut shown = false;
+    for context in contexts {
+        let own = match source {
+            Source::Mechanism { definition, form, shape } => (definition.forms[*form].columns)(context, shape),
+            Source::Story { curve } => Some(curve.columns(context)),
+            Source::Shift { .. } => None,
+        };
+        shown |= own.is_some();
+        let rows = context.run.len();
+        for (k, column) in columns.iter_mut().enumerate() {
+            match own.as_ref().and_then(|own| own.get(k)) {
+                Some(own) if own.len() == rows => {
+                    column.extend(own.iter().map(|x| if x.is_finite() { *x } else { 0.0 }))
+                }
+                _ => column.resize(column.len() + rows, 0.0),
+            }
+        }
+    }
+    shown.then_some(columns)
+}
+
+/// Sum of columns, each times its amplitude.
+pub(crate) fn weighted(columns: &[Vec<f64>], amplitudes: &[f64]) -> Vec<f64> {
+    let rows = columns.first().map_or(0, Vec::len);
+    (0..rows).map(|n| columns.iter().zip(amplitudes).map(|(column, x)| column[n] * x).sum()).collect()
+}
+
+/// An entry of an augmented simulation.
+pub(crate) fn added(source: &Source, amplitudes: &[f64]) -> Option<Added> {
+    match source {
+        Source::Mechanism { definition, form, shape } => {
+            Some(Added { id: definition.id, form: *form, shape: shape.clone(), amplitudes: amplitudes.to_vec() })
+        }
+        _ => None,
+    }
+}

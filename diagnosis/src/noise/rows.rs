@@ -1,0 +1,429 @@
+//! Which rows count, and the one linear operation that every column goes through before it is compared.
+//!
+//! Runs are laid end to end. Rows that cannot be compared are bridged by straight lines where the gap is short, so
+//! that the noise filter runs on, and are dropped behind the filter; a long gap or a border of a part starts a new
+//! stretch. Very long recordings are averaged down first.
+
+use std::ops::Range;
+
+use simulation::run::{Break, Run};
+
+use crate::noise::{MAX_ORDER, Whitening};
+use crate::numbers::bridge::{bridge, gaps};
+use crate::numbers::linear::Symmetric;
+use crate::numbers::statistics::robust_sigma;
+
+/// Longest gap that is bridged, s.
+const BRIDGE_S: f64 = 0.25;
+
+/// More rows than this are averaged down.
+const MOST_ROWS: usize = 120_000;
+
+/// Length of a block, s: longer than any memory that whitening leaves.
+const BLOCK_S: f64 = 5.0;
+
+/// Folds that blocks are dealt to, in turn.
+pub(crate) const FOLDS: usize = 4;
+
+/// Residuals of more standard deviations than this count less.
+const TAIL: f64 = 4.0;
+
+/// Residuals of more standard deviations than this are no noise.
+const STANDS_OUT: f64 = 6.0;
+
+/// Residuals of more standard deviations than this pull no harder on a law that does not know all that acts.
+const HUBER: f64 = 1.5;
+
+/// Rows of one part between two long gaps.
+#[derive(Clone, Debug)]
+struct Stretch {
+    run: usize,
+    /// Part of the test profile, over all runs: one level of noise.
+    group: usize,
+    rows: Range<usize>,
+    /// Rows that are bridged, counted from the start of the stretch: never the first or the last.
+    bridged: Vec<Range<usize>>,
+    keep: Vec<bool>,
+}
+
+/// Rows that are compared, and how.
+#[derive(Clone, Debug)]
+pub(crate) struct Rows {
+    /// First row of every run where runs are laid end to end, and the number of all rows.
+    pub(crate) starts: Vec<usize>,
+    stretches: Vec<Stretch>,
+    decimation: usize,
+    whitening: Whitening,
+    /// One for every compared row: 1/σ of its run, less for a tail.
+    weights: Vec<f32>,
+    /// Compared rows of every block.
+    pub(crate) blocks: Vec<Range<usize>>,
+    /// Compared rows of every part of the profile: one level of noise each.
+    pub(crate) groups: Vec<Range<usize>>,
+}
+
+impl Rows {
+    /// Those of `compared` (one entry a row of all runs), at least `coarsest` of them averaged to one.
+    pub(crate) fn new(runs: &[Run], compared: &[bool], coarsest: usize) -> Self {
+        let mut starts = vec![0];
+        for run in runs {
+            starts.push(starts.last().copied().unwrap_or(0) + run.len());
+        }
+        let total = compared.iter().filter(|c| **c).count();
+        let decimation = total.div_ceil(MOST_ROWS).max(coarsest).max(1);
+        let mut rows = Rows {
+            stretches: Vec::new(),
+            decimation,
+            whitening: Whitening::none(),
+            weights: Vec::new(),
+            blocks: Vec::new(),
+            groups: Vec::new(),
+            starts,
+        };
+        let mut duration_s = 0.0;
+        let mut group = 0;
+        for (index, run) in runs.iter().enumerate() {
+            duration_s += run.step_s().max(0.0) * run.len() as f64;
+            let bridge = (BRIDGE_S / run.step_s()).max(1.0) as usize;
+            for part in &run.parts {
+                // gaps do not change the level of the noise
+                group += usize::from(matches!(part.starts, Break::Start | Break::Segment));
+                let compared = &compared[rows.starts[index]..rows.starts[index + 1]];
+                for range in stretches(&compared[part.rows.clone()], bridge) {
+                    let range = part.rows.start + range.start..part.rows.start + range.end;
+                    let keep: Vec<bool> = compared[range.clone()]
+                        .chunks(decimation)
+                        .map(|chunk| chunk.len() == decimation && 2 * chunk.iter().filter(|c| **c).count() > decimation)
+                        .collect();
+                    let bridged = gaps(&compared[range.clone()]);
+                    if keep.iter().filter(|keep| **keep).count() >= 8 {
+                        rows.stretches.push(Stretch { run: index, group, rows: range, bridged, keep });
+                    }
+                }
+            }
+        }
+        rows.number_blocks(runs, BLOCK_S.min(duration_s / 40.0));
+        rows.weights = vec![1.0; rows.len()];
+        rows
+    }
+
+    /// Whether the noise looks the same to both, so that columns whitened by one are whitened by the other. Both are of
+    /// the same runs.
+    pub(crate) fn whiten_alike(&self, other: &Self) -> bool {
+        self.whitening == other.whitening && self.weights == other.weights
+    }
+
+    /// Number of compared rows.
+    pub(crate) fn len(&self) -> usize {
+        self.blocks.last().map_or(0, |block| block.end)
+    }
+
+    fn number_blocks(&mut self, runs: &[Run], block_s: f64) {
+        let groups = self.stretches.last().map_or(0, |stretch| stretch.group + 1);
+        let (mut blocks, mut of_groups) = (Vec::new(), vec![0..0; groups]);
+        let (mut row, mut start, mut current) = (0, 0, None);
+        for stretch in &self.stretches {
+            let run = &runs[stretch.run];
+            let first = run.time_s.first().copied().unwrap_or(0.0);
+            for (k, _) in stretch.keep.iter().enumerate().filter(|(_, keep)| **keep) {
+                let time = run.time_s[stretch.rows.start + k * self.decimation] - first;
+                let block = (stretch.group, (time / block_s).floor() as i64);
+                if current != Some(block) {
+                    if row > start {
+                        blocks.push(start..row);
+                    }
+                    (current, start) = (Some(block), row);
+                }
+                row += 1;
+                let of_group: &mut Range<usize> = &mut of_groups[stretch.group];
+                if of_group.start == of_group.end {
+                    *of_group = row - 1..row;
+                }
+                of_group.end = row;
+            }
+        }
+        if row > start {
+            blocks.push(start..row);
+        }
+        // the last piece of a run is too short to stand alone
+        let shortest = row / blocks.len().max(1) / 4;
+        let mut merged: Vec<Range<usize>> = Vec::new();
+        for block in blocks {
+            match merged.last_mut() {
+                Some(last) if block.len() < shortest => last.end = block.end,
+                _ => merged.push(block),
+            }
+        }
+        self.blocks = merged;
+        self.groups = of_groups;
+    }
+
+    /// Compared rows of a column as they are, averaged but not filtered.
+    pub(crate) fn plain(&self, column: &[f64]) -> Vec<f64> {
+        let mut out = Vec::with_capacity(self.len());
+        for stretch in &self.stretches {
+            let x = self.averaged(stretch, column);
+            out.extend(x.iter().zip(&stretch.keep).filter(|(_, keep)| **keep).map(|(x, _)| *x));
+        }
+        out
+    }
+
+    /// Compared rows of a column behind the noise filter: noise has the variance 1 there.
+    pub(crate) fn white(&self, column: &[f64]) -> Vec<f32> {
+        self.white_all(&[column]).pop().unwrap_or_default()
+    }
+
+    /// The same for many, which is cheaper than one after the other.
+    pub(crate) fn white_all(&self, columns: &[&[f64]]) -> Vec<Vec<f32>> {
+        let mut out: Vec<Vec<f32>> = columns.iter().map(|_| Vec::with_capacity(self.len())).collect();
+        let mut spare = Vec::new();
+        for stretch in &self.stretches {
+            let mut of_stretch: Vec<Vec<f64>> = columns.iter().map(|column| self.averaged(stretch, column)).collect();
+            self.whitening.apply_all(&mut of_stretch, &mut spare);
+            for (out, x) in out.iter_mut().zip(&of_stretch) {
+                out.extend(x.iter().zip(&stretch.keep).filter(|(_, keep)| **keep).map(|(x, _)| *x as f32));
+            }
+        }
+        for out in &mut out {
+            for (x, weight) in out.iter_mut().zip(&self.weights) {
+                *x *= weight;
+            }
+        }
+        out
+    }
+
+    /// A whitened column sent backwards through averages, bridges and the noise filter, one entry a row of all runs: its
+    /// product with a column as it is, is that of both whitened.
+    pub(crate) fn backwards(&self, column: &[f32]) -> Vec<f64> {
+        let mut out = vec![0.0; self.starts.last().copied().unwrap_or(0)];
+        let mut kept = column.iter().zip(&self.weights).map(|(x, weight)| f64::from(x * weight));
+        for stretch in &self.stretches {
+            let mut x: Vec<f64> =
+                stretch.keep.iter().map(|keep| if *keep { kept.next().unwrap_or(0.0) } else { 0.0 }).collect();
+            self.whitening.apply_backwards(&mut x);
+            let from = self.starts[stretch.run] + stretch.rows.start;
+            for (n, out) in out[from..from + stretch.rows.len()].iter_mut().enumerate() {
+                *out = x.get(n / self.decimation).copied().unwrap_or(0.0) / self.decimation as f64;
+            }
+            for gap in &stretch.bridged {
+                out[from + gap.start..from + gap.end].fill(0.0);
+            }
+        }
+        out
+    }
+
+    /// Squared weight of every row of all runs; 0 where it is not compared.
+    pub(crate) fn power_weights(&self) -> Vec<f64> {
+        let mut out = vec![0.0; self.starts.last().copied().unwrap_or(0)];
+        let mut weights = self.weights.iter();
+        for stretch in &self.stretches {
+            let from = self.starts[stretch.run] + stretch.rows.start;
+            for (k, _) in stretch.keep.iter().enumerate().filter(|(_, keep)| **keep) {
+                let weight = weights.next().map_or(0.0, |weight| f64::from(weight * weight));
+                let rows = k * self.decimation..((k + 1) * self.decimation).min(stretch.rows.len());
+                out[from + rows.start..from + rows.end].fill(weight / self.decimation as f64);
+            }
+            for gap in &stretch.bridged {
+                out[from + gap.start..from + gap.end].fill(0.0);
+            }
+        }
+        out
+    }
+
+    /// Rows that are averaged to one.
+    pub(crate) fn decimation(&self) -> usize {
+        self.decimation
+    }
+
+    /// Squared response of averages and noise filter at a frequency, of the sampling rate.
+    pub(crate) fn response(&self, frequency: f64) -> f64 {
+        let averaged = if self.decimation > 1 {
+            let angle = std::f64::consts::PI * frequency * self.decimation as f64;
+            if angle.abs() > 1e-6 { angle.sin() / angle } else { 1.0 }
+        } else {
+            1.0
+        };
+        averaged * averaged * self.whitening.power(frequency * self.decimation as f64)
+    }
+
+    /// Learns the noise from a residual (one entry a row of all runs).
+    pub(crate) fn learn(&mut self, residual: &[f64]) {
+        self.learn_up_to(residual, MAX_ORDER);
+    }
+
+    /// The same with an autoregression of order `most` at most.
+    pub(crate) fn learn_up_to(&mut self, residual: &[f64], most: usize) {
+        let plain = self.plain(residual);
+        let scales: Vec<f64> = self.groups.iter().map(|rows| scale(&plain[rows.clone()])).collect();
+        // what is bridged, and what stands out of the noise, does not tell its colour
+        let told: Vec<Vec<f64>> = self
+            .stretches
+            .iter()
+            .map(|stretch| {
+                let scale = scales[stretch.group];
+                let mut x: Vec<f64> = self.averaged(stretch, residual).iter().map(|x| x / scale).collect();
+                let is_noise: Vec<bool> = x.iter().map(|x| x.abs() < STANDS_OUT).collect();
+                for own in gaps(&is_noise) {
+                    // it rises and fades on both sides for as long as it stands out
+                    let around = own.start.saturating_sub(own.len())..(own.end + own.len()).min(x.len());
+                    x[around].fill(f64::NAN);
+                }
+                x.iter_mut().zip(&stretch.keep).filter(|(_, keep)| !**keep).for_each(|(x, _)| *x = f64::NAN);
+                x
+            })
+            .collect();
+        self.whitening = Whitening::of(&told, most);
+        self.weights = vec![1.0; self.len()];
+        let white: Vec<f64> = self.white(residual).into_iter().map(f64::from).collect();
+        for rows in &self.groups {
+            let sigma = scale(&white[rows.clone()]);
+            let mut sum = 0.0;
+            for n in rows.clone() {
+                let size = (white[n] / sigma).abs();
+                let weight = if size > TAIL { TAIL / size } else { 1.0 };
+                sum += (weight * size) * (weight * size);
+                self.weights[n] = (weight / sigma) as f32;
+            }
+            // unit variance of what is left of the tails
+            let rest = (sum / rows.len().max(1) as f64).sqrt();
+            if rest > 0.0 {
+                for weight in &mut self.weights[rows.clone()] {
+                    *weight /= rest as f32;
+                }
+            }
+        }
+    }
+
+    /// The same rows as Huber weighs them for a law that does not know all that acts: without the colour of the noise, and
+    /// a row that is far off (`residual`: one entry a row of all runs) pulls no more than one that is at [`HUBER`].
+    pub(crate) fn flat(&self, residual: &[f64]) -> Self {
+        let mut rows = Rows { whitening: Whitening::none(), ..self.clone() };
+        let plain = rows.plain(residual);
+        for group in &rows.groups {
+            let sigma = scale(&plain[group.clone()]);
+            for n in group.clone() {
+                let size = (plain[n] / sigma).abs();
+                rows.weights[n] = ((HUBER / size).min(1.0).sqrt() / sigma) as f32;
+            }
+        }
+        rows
+    }
+
+    /// Rows that count less because they stand out: by half and more.
+    pub(crate) fn tails(&self) -> usize {
+        let of_group = |group: &Range<usize>| {
+            let weights = &self.weights[group.clone()];
+            let largest = weights.iter().copied().fold(0.0, f32::max);
+            weights.iter().filter(|weight| **weight < 0.5 * largest).count()
+        };
+        self.groups.iter().map(of_group).sum()
+    }
+
+    /// The same rows, where tails count in full.
+    pub(crate) fn with_tails(&self) -> Self {
+        let mut rows = self.clone();
+        for group in &self.groups {
+            let weights = &mut rows.weights[group.clone()];
+            let largest = weights.iter().copied().fold(0.0, f32::max);
+            weights.fill(largest);
+        }
+        rows
+    }
+
+    /// Rows of a stretch: gaps bridged, averaged down.
+    fn averaged(&self, stretch: &Stretch, column: &[f64]) -> Vec<f64> {
+        let from = self.starts[stretch.run] + stretch.rows.start;
+        let mut x = column[from..from + stretch.rows.len()].to_vec();
+        for gap in &stretch.bridged {
+            bridge(&mut x, gap);
+        }
+        if self.decimation == 1 {
+            return x;
+        }
+        x.chunks(self.decimation).map(|chunk| chunk.iter().sum::<f64>() / chunk.len() as f64).collect()
+    }
+}
+
+fn scale(x: &[f64]) -> f64 {
+    let rms = (x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64).sqrt();
+    let robust = robust_sigma(x);
+    // coarse quantisation makes the median 0
+    let sigma = if robust > 0.3 * rms { robust } else { rms };
+    if sigma > 0.0 { sigma } else { 1e-12 }
+}
+
+/// Ranges of rows without more than `bridge` uncompared rows in a row.
+fn stretches(compared: &[bool], bridge: usize) -> Vec<Range<usize>> {
+    let mut ranges: Vec<Range<usize>> = Vec::new();
+    for n in (0..compared.len()).filter(|n| compared[*n]) {
+        match ranges.last_mut() {
+            Some(range) if n - range.end <= bridge => range.end = n + 1,
+            _ => ranges.push(n..n + 1),
+        }
+    }
+    ranges
+}
+
+/// Inner products of a few whitened columns, block by block.
+#[derive(Clone, Debug)]
+pub(crate) struct Gram {
+    pub(crate) blocks: Vec<Symmetric>,
+    pub(crate) total: Symmetric,
+    pub(crate) rows: Vec<usize>,
+}
+
+impl Gram {
+    pub(crate) fn of(columns: &[&[f32]], blocks: &[Range<usize>]) -> Self {
+        let size = columns.len();
+        let mut total = Symmetric::zeros(size);
+        let blocks_out: Vec<Symmetric> = blocks
+            .iter()
+            .map(|rows| {
+                let pieces: Vec<&[f32]> = columns.iter().map(|column| &column[rows.clone()]).collect();
+                let block = Symmetric::gram(&pieces);
+                total.accumulate(&block, 1.0);
+                block
+            })
+            .collect();
+        Gram { blocks: blocks_out, total, rows: blocks.iter().map(|rows| rows.len()).collect() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use simulation::run::Part;
+
+    fn run(rows: usize) -> Run {
+        Run {
+            time_s: (0..rows).map(|n| n as f64 * 0.01).collect(),
+            drag_force_n: vec![0.0; rows],
+            parts: vec![Part { rows: 0..rows, segment: None, starts: Break::Start }],
+            ..Run::default()
+        }
+    }
+
+    #[test]
+    fn short_gaps_are_bridged_and_long_ones_part_the_rows() {
+        let runs = [run(1000), run(600)];
+        let mut compared = vec![true; 1600];
+        compared[100..110].fill(false);
+        compared[400..500].fill(false);
+        let rows = Rows::new(&runs, &compared, 1);
+        assert_eq!(rows.len(), 1600 - 110);
+        assert_eq!(rows.stretches.iter().map(|s| s.rows.clone()).collect::<Vec<_>>(), [0..400, 500..1000, 0..600]);
+        let mut column: Vec<f64> = (0..1600).map(f64::from).collect();
+        column[100..110].fill(f64::NAN);
+        let plain = rows.plain(&column);
+        assert_eq!((plain[99], plain[100], plain[390]), (99.0, 110.0, 500.0));
+        assert_eq!(rows.blocks.last().map(|b| b.end), Some(1490));
+    }
+
+    #[test]
+    fn gram_blocks_add_up() {
+        let (a, b): (Vec<f32>, Vec<f32>) = ((0..100).map(|n| n as f32).collect(), vec![1.0; 100]);
+        let gram = Gram::of(&[&a, &b], &[0..30, 30..100]);
+        assert_eq!(gram.total.get(0, 1), 4950.0);
+        assert_eq!(gram.blocks[0].get(1, 1), 30.0);
+    }
+}

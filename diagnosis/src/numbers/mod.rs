@@ -1,0 +1,13 @@
+//! Numbers and nothing else.
+//!
+//! ```text
+//! linear       algebra of small symmetric matrices
+//! statistics   numbers that stand for many
+//! bridge       a line where rows are missing
+//! peaks        the highest of them
+//! ```
+
+pub(crate) mod bridge;
+pub(crate) mod linear;
+pub(crate) mod peaks;
+pub(crate) mod statistics;

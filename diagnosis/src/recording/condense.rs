@@ -1,0 +1,119 @@
+//! Long recordings as fewer rows: averages of neighbours, so that a day of samples costs no more than minutes of them.
+//!
+//! Averages of `k` rows keep all that is slower than `k` samples; noise falls by `sqrt(k)`. Rows of two parts are never
+//! averaged together: what is left over at the end of a part is dropped. A channel that mostly stays on a step of its own is not averaged but read every `k` rows: a mean of
+//! steps is no step.
+
+use std::ops::Range;
+
+use simulation::run::{Part, Run};
+
+use crate::recording::sanity::quantum;
+
+/// Rows of all runs together from which they are averaged.
+const MOST_ROWS: usize = 120_000;
+
+/// Longest time that is averaged here, s: a law is no longer that of the averages where the speed changes within it.
+/// What is still too much then is averaged behind the law and the causes, by [`crate::noise::rows`].
+const LONGEST_S: f64 = 0.04;
+
+/// Rows that become one.
+pub(crate) fn factor(runs: &[Run]) -> usize {
+    let step_s = runs.iter().map(Run::step_s).filter(|step| *step > 0.0).fold(0.0, f64::max);
+    let longest = if step_s > 0.0 { (LONGEST_S / step_s).max(1.0) as usize } else { 1 };
+    runs.iter().map(Run::len).sum::<usize>().div_ceil(MOST_ROWS).clamp(1, longest)
+}
+
+/// The run with every `factor` rows averaged to one.
+pub(crate) fn condensed(run: &Run, factor: usize) -> Run {
+    let mut chunks: Vec<Range<usize>> = Vec::with_capacity(run.len() / factor);
+    let mut parts = Vec::with_capacity(run.parts.len());
+    for part in &run.parts {
+        let first = chunks.len();
+        let whole = part.rows.len() / factor;
+        chunks.extend((0..whole).map(|k| part.rows.start + k * factor).map(|start| start..start + factor));
+        if chunks.len() > first {
+            parts.push(Part { rows: first..chunks.len(), ..part.clone() });
+        }
+    }
+    let one: fn(&[f64]) -> f64 = if stays_on_steps(&run.drag_force_n) { middle_row } else { mean_of_told };
+    let averaged = |column: &Vec<f64>| -> Vec<f64> { chunks.iter().map(|rows| one(&column[rows.clone()])).collect() };
+    let optional = |column: &Option<Vec<f64>>| column.as_ref().map(averaged);
+    Run {
+        name: run.name.clone(),
+        time_s: averaged(&run.time_s),
+        drag_force_n: averaged(&run.drag_force_n),
+        position_m: optional(&run.position_m),
+        velocity_m_s: optional(&run.velocity_m_s),
+        acceleration_m_s2: optional(&run.acceleration_m_s2),
+        preload_n: optional(&run.preload_n),
+        external_load_n: optional(&run.external_load_n),
+        temperature_block_degc: optional(&run.temperature_block_degc),
+        temperature_rail_degc: optional(&run.temperature_rail_degc),
+        temperature_ambient_degc: optional(&run.temperature_ambient_degc),
+        simulated_force_n: optional(&run.simulated_force_n),
+        parts,
+    }
+}
+
+/// Whether a channel counts in steps that noise does not carry it over in most rows.
+fn stays_on_steps(force_n: &[f64]) -> bool {
+    let still = force_n.windows(2).filter(|pair| pair[0] == pair[1]).count();
+    2 * still > force_n.len() && quantum(force_n).is_some()
+}
+
+fn middle_row(values: &[f64]) -> f64 {
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// Mean of the values that there are, counted from the first: no digits are lost to a large offset.
+fn mean_of_told(values: &[f64]) -> f64 {
+    let Some(first) = values.iter().find(|x| x.is_finite()) else { return f64::NAN };
+    let (mut sum, mut count) = (0.0, 0usize);
+    for x in values.iter().filter(|x| x.is_finite()) {
+        sum += x - first;
+        count += 1;
+    }
+    first + sum / count as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use simulation::run::Break;
+
+    #[test]
+    fn steps_of_a_channel_stay_steps() {
+        let force: Vec<f64> = (0..4000).map(|n| ((f64::from(n) * 0.01).sin() * 4.0).round() * 1.5).collect();
+        let part = Part { rows: 0..4000, segment: None, starts: Break::Start };
+        let run = Run {
+            time_s: (0..4000).map(f64::from).collect(),
+            drag_force_n: force.clone(),
+            parts: vec![part],
+            ..Run::default()
+        };
+        let short = condensed(&run, 4);
+        assert_eq!(short.drag_force_n[7], force[30]);
+        assert_eq!(short.time_s[7], 30.0);
+        assert!((quantum(&short.drag_force_n).expect("still steps") - 1.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn parts_are_averaged_apart() {
+        let part = |rows, starts| Part { rows, segment: None, starts };
+        let run = Run {
+            time_s: (0..10).map(f64::from).collect(),
+            drag_force_n: (0..10).map(|n| 1e6 + f64::from(n)).collect(),
+            preload_n: Some(vec![f64::NAN, 1.0, f64::NAN, f64::NAN, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0]),
+            parts: vec![part(0..5, Break::Start), part(5..6, Break::Segment), part(6..10, Break::Gap)],
+            ..Run::default()
+        };
+        let short = condensed(&run, 2);
+        assert_eq!(short.time_s, [0.5, 2.5, 6.5, 8.5]);
+        assert_eq!(short.drag_force_n[3], 1e6 + 8.5);
+        let preload = short.preload_n.expect("kept");
+        assert!(preload[0] == 1.0 && preload[1].is_nan() && preload[2] == 7.5);
+        assert_eq!(short.parts.iter().map(|p| p.rows.clone()).collect::<Vec<_>>(), [0..2, 2..4]);
+        assert_eq!(short.parts[1].starts, Break::Gap);
+    }
+}

@@ -1,0 +1,373 @@
+//! What is wrong with a recording before any physics: rows that cannot be compared, and channels that lie.
+
+use simulation::law::Steady;
+use simulation::motion::Motion;
+use simulation::run::{Break, Run};
+
+use crate::noise::third_differences;
+use crate::numbers::statistics::robust_sigma;
+use crate::report::DataQuality;
+
+/// No guide carries more, N.
+const LARGEST_N: f64 = 1e9;
+
+/// Fewest rows that allow a judgement.
+pub(crate) const FEWEST_ROWS: usize = 200;
+
+/// Marks the rows of one run that can be compared, and counts the others.
+///
+/// The law has no value at rest, and within the window of differentiation around a start, a stop or a reversal the
+/// sign of the velocity is not known.
+pub(crate) fn compared(
+    run: &Run,
+    motion: &Motion,
+    steady: &Steady,
+    is_averaged: bool,
+    quality: &mut DataQuality,
+) -> Vec<bool> {
+    let rows = run.len();
+    let mut keep = vec![true; rows];
+    let mut reject = |name, which: &mut dyn FnMut(usize) -> bool| {
+        let mut count = 0;
+        for (n, keep) in keep.iter_mut().enumerate() {
+            if *keep && which(n) {
+                *keep = false;
+                count += 1;
+            }
+        }
+        if count > 0 {
+            *quality.rejected.entry(name).or_insert(0) += count;
+        }
+    };
+    reject("no-finite-force", &mut |n| !run.drag_force_n[n].is_finite());
+    let ends = ChannelEnds::of(&run.drag_force_n);
+    let mut clipped = vec![false; rows];
+    for part in &run.parts {
+        for n in part.rows.clone().filter(|n| ends.has(run.drag_force_n[*n])) {
+            let from = n.saturating_sub(BESIDE_CLIPPED).max(part.rows.start);
+            clipped[from..(n + BESIDE_CLIPPED + 1).min(part.rows.end)].fill(true);
+        }
+    }
+    reject(CLIPPED, &mut |n| clipped[n]);
+    let direction = &steady.direction;
+    reject("slower-than-zero-speed", &mut |n| direction[n] == 0.0);
+    let mut near = vec![false; rows];
+    for part in &run.parts {
+        for n in part.rows.clone().skip(1) {
+            if direction[n] != direction[n - 1] {
+                let from = n.saturating_sub(motion.reach).max(part.rows.start);
+                near[from..(n + motion.reach).min(part.rows.end)].fill(true);
+            }
+        }
+    }
+    reject("around-start-stop-reversal", &mut |n| near[n]);
+    let blur = blur_m_s(run, motion);
+    reject("speed-not-resolved", &mut |n| blur[n] > RESOLVED * motion.velocity_m_s[n].abs());
+    let step_s = run.step_s();
+    let changes = |n: usize| motion.acceleration_m_s2[n].abs() * step_s > STEADY * motion.velocity_m_s[n].abs();
+    reject("speed-changes-within-average", &mut |n| is_averaged && changes(n));
+    reject("law-without-value", &mut |n| !steady.force_n[n].is_finite());
+    quality.samples += rows;
+    quality.gaps += run.parts.iter().filter(|part| matches!(part.starts, Break::Gap | Break::ClockJump)).count();
+    quality.used += keep.iter().filter(|keep| **keep).count();
+    keep
+}
+
+/// Relative error of the speed that is accepted: friction at low speed changes with its logarithm.
+const RESOLVED: f64 = 0.03;
+
+/// Relative change of the speed within an average that is accepted: the law of the mean speed is the mean of the law to
+/// a 24th of its square.
+const STEADY: f64 = 0.15;
+
+/// Error of a derived velocity where the acceleration changes within the window, m/s: the slope of a parabola through
+/// `2m + 1` rows of a cubic errs by `j Δt² (3m² + 3m - 1)/30`.
+fn blur_m_s(run: &Run, motion: &Motion) -> Vec<f64> {
+    let rows = run.len();
+    let mut blur = vec![0.0; rows];
+    if run.velocity_m_s.is_some() {
+        return blur;
+    }
+    let (m, step) = (motion.reach, run.step_s());
+    let reach = m as f64;
+    let factor = step * step * (3.0 * reach * reach + 3.0 * reach - 1.0) / 30.0;
+    for part in &run.parts {
+        for n in part.rows.clone() {
+            let (from, to) = (n.saturating_sub(m).max(part.rows.start), (n + m).min(part.rows.end - 1));
+            if to > from {
+                let jerk =
+                    (motion.acceleration_m_s2[to] - motion.acceleration_m_s2[from]) / ((to - from) as f64 * step);
+                blur[n] = jerk.abs() * factor;
+            }
+        }
+    }
+    blur
+}
+
+/// Looks at the channels of one run. Lines are added to the warnings; a reason comes back if the run cannot be used.
+pub(crate) fn channels(run: &Run, quality: &mut DataQuality) -> Option<String> {
+    let name = |text: String| named(run, text);
+    let force = &run.drag_force_n;
+    let (low, high) = extremes(force);
+    if run.len() < FEWEST_ROWS {
+        return Some(name(format!("{} rows; at least {FEWEST_ROWS} are needed", run.len())));
+    }
+    if low < -LARGEST_N || high > LARGEST_N {
+        return Some(name(format!("the force reaches {:.1e} N: is its unit meant?", high.max(-low))));
+    }
+    if !(high > low) {
+        return Some(name("the force never changes: the channel is stuck or not connected".to_owned()));
+    }
+    if let Some(share) = at_rails(force, low, high) {
+        quality.warnings.push(name(format!(
+            "{:.1} % of the force lies on the edge of its range: it may be clipped",
+            100.0 * share
+        )));
+    }
+    if let Some((from, rows)) = longest_still(force) {
+        let at = run.time_s.get(from).copied().unwrap_or(0.0);
+        quality.warnings.push(name(format!("the force does not change over {rows} rows from {at:.3} s on: stuck")));
+    }
+    if let Some(step) = quantum(force) {
+        let spread = (high - low).max(1e-12);
+        if step > 1e-3 * spread {
+            quality.warnings.push(name(format!("the force comes in steps of {step:.3e} N")));
+        }
+    }
+    let step = run.step_s();
+    let late = run
+        .parts
+        .iter()
+        .flat_map(|part| run.time_s[part.rows.clone()].windows(2))
+        .filter(|pair| ((pair[1] - pair[0]) / step - 1.0).abs() > 0.2)
+        .count();
+    if late * 100 > run.len() {
+        quality.warnings.push(name(format!("{late} sampling intervals differ from the median by more than 20 %")));
+    }
+    if step > SLOW_S {
+        quality.warnings.push(name(format!("rows are {step:.3} s apart: is time_s in seconds?")));
+    }
+    None
+}
+
+/// Time between rows from which its unit is asked for, s.
+const SLOW_S: f64 = 1.0;
+
+/// Recorded force over that of the simulation beyond which its unit is asked for: no guide is off by so much.
+const OTHER_UNIT: f64 = 3.0;
+
+/// Asks for the unit of the force where its size is another one than the simulation's; both are RMS, N.
+pub(crate) fn scale(recorded_n: f64, simulated_n: f64, quality: &mut DataQuality) {
+    let ratio = recorded_n / simulated_n;
+    if ratio.is_finite() && ratio > 0.0 && !(1.0 / OTHER_UNIT..=OTHER_UNIT).contains(&ratio) {
+        quality.warnings.push(format!(
+            "the recorded force is {ratio:.3e} times the simulation's: is its unit N? (a number in kN is 0.001 of one in N, in \
+             kgf 0.102, in lbf 0.225)"
+        ));
+    }
+}
+
+/// Looks at how force and motion go together, as [`channels`] does at each alone.
+pub(crate) fn moves(run: &Run, motion: &Motion, quality: &mut DataQuality) -> Option<String> {
+    if let Some(reason) = unit(run, motion) {
+        return Some(named(run, reason));
+    }
+    let (mut power, mut size) = (0.0, 0.0);
+    for (force, velocity) in run.drag_force_n.iter().zip(&motion.velocity_m_s) {
+        power += force * velocity;
+        size += (force * velocity).abs();
+    }
+    if power < -0.2 * size {
+        let text = "the force brakes nowhere: it points along the motion; is its sign reversed?";
+        quality.warnings.push(named(run, text.to_owned()));
+    }
+    None
+}
+
+fn named(run: &Run, text: String) -> String {
+    if run.name.is_empty() { text } else { format!("{}: {text}", run.name) }
+}
+
+fn extremes(x: &[f64]) -> (f64, f64) {
+    x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)))
+}
+
+/// Share of rows at exactly the largest or smallest value, where it is more than a quantised signal would show.
+fn at_rails(x: &[f64], low: f64, high: f64) -> Option<f64> {
+    let step = quantum(x).unwrap_or(0.0);
+    [low, high]
+        .iter()
+        .map(|edge| {
+            let on = x.iter().filter(|x| **x == *edge).count();
+            let beside = if step > 0.0 {
+                x.iter().filter(|x| ((**x - edge).abs() - step).abs() < 0.5 * step).count()
+            } else {
+                0
+            };
+            (on, beside)
+        })
+        .filter(|(on, beside)| *on >= 5 && on * 200 > x.len() && *on > 3 * beside)
+        .map(|(on, _)| on as f64 / x.len() as f64)
+        .max_by(f64::total_cmp)
+}
+
+/// Values of the force at which its channel ends, N: more rows lie at exactly that value than beside it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ChannelEnds(Vec<f64>);
+
+impl ChannelEnds {
+    pub(crate) fn of(x: &[f64]) -> Self {
+        let (low, high) = extremes(x);
+        // a force without noise has plateaus of its own: constant speed, constant friction
+        let between = |x: &f64| *x > low && *x < high;
+        let stretches = x.chunk_by(|a, b| between(a) && between(b));
+        let noise: Vec<f64> = stretches.flat_map(third_differences).collect();
+        if !(robust_sigma(&noise) > WITHOUT_NOISE * (high - low)) {
+            return ChannelEnds::default();
+        }
+        let step = quantum(x).unwrap_or(0.0);
+        // what a channel that counts coarsely holds repeats between the ends as well
+        let often = most_often(x, low, high);
+        let width = 0.002 * (high - low) + step;
+        let is_end = |edge: &f64| {
+            let on = x.iter().filter(|x| *x == edge).count();
+            let beside = x.iter().filter(|x| *x != edge && (*x - edge).abs() <= width).count();
+            on >= ON_THE_EDGE && on > 3 * beside.max(often)
+        };
+        ChannelEnds([low, high].into_iter().filter(is_end).collect())
+    }
+
+    /// Whether a force lies there.
+    pub(crate) fn has(&self, force_n: f64) -> bool {
+        self.0.contains(&force_n)
+    }
+
+    /// The smaller size of both, N.
+    pub(crate) fn limit_n(&self) -> Option<f64> {
+        self.0.iter().map(|end| end.abs()).min_by(f64::total_cmp)
+    }
+}
+
+/// Noise, of the range, of which no sensor has less.
+const WITHOUT_NOISE: f64 = 1e-6;
+
+/// How often the commonest value between both ends comes.
+fn most_often(x: &[f64], low: f64, high: f64) -> usize {
+    let mut between: Vec<f64> = x.iter().copied().filter(|x| *x > low && *x < high).collect();
+    between.sort_unstable_by(f64::total_cmp);
+    between.chunk_by(|a, b| a == b).map(<[f64]>::len).max().unwrap_or(0)
+}
+
+/// Reason of a row at an end of the force channel, where the force is not known, and of those beside it.
+const CLIPPED: &str = "near-an-end-of-the-force-channel";
+
+/// Rows to either side of one at an end that are not compared either: where noise alone keeps a force off the end, what is
+/// left of it is not centred.
+const BESIDE_CLIPPED: usize = 10;
+
+/// Rows at exactly the end of a channel that are no chance.
+const ON_THE_EDGE: usize = 8;
+
+/// Whether speeds and accelerations are such as a carriage has; a unit that is off by 60 or 1000 gives others.
+pub(crate) fn unit(run: &Run, motion: &Motion) -> Option<String> {
+    let rms = |x: &[f64]| (x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64).sqrt();
+    let mut speeds: Vec<f64> = motion.velocity_m_s.iter().map(|v| v.abs()).filter(|v| v.is_finite()).collect();
+    // glitches are few
+    let most = speeds.len() * 19 / 20;
+    let speed = if speeds.is_empty() { 0.0 } else { *speeds.select_nth_unstable_by(most, f64::total_cmp).1 };
+    if speed > FASTEST_M_S {
+        return Some(format!("the carriage would move at {speed:.0} m/s: is the unit of time or of position meant?"));
+    }
+    if let (Some(position), Some(velocity)) = (&run.position_m, &run.velocity_m_s) {
+        let way: f64 = run
+            .parts
+            .iter()
+            .flat_map(|part| part.rows.clone().skip(1))
+            .map(|n| (position[n] - position[n - 1]).abs())
+            .sum();
+        let told: f64 = run
+            .parts
+            .iter()
+            .flat_map(|part| part.rows.clone().skip(1))
+            .map(|n| 0.5 * (velocity[n] + velocity[n - 1]).abs() * (run.time_s[n] - run.time_s[n - 1]).abs())
+            .sum();
+        if way > 0.0 && told > 0.0 && !(0.1..10.0).contains(&(told / way)) {
+            return Some(format!(
+                "speed times time is {:.3} times the way that position tells: one of the units is not what it says",
+                told / way
+            ));
+        }
+    }
+    if let Some(measured) = &run.acceleration_m_s2 {
+        let told = rms(&measured.iter().copied().filter(|a| a.is_finite()).collect::<Vec<_>>());
+        let derived = rms(&motion.velocity_m_s) * std::f64::consts::TAU / (run.step_s() * run.len() as f64);
+        if derived > 1e3 * told.max(1e-3) {
+            return Some("the motion needs accelerations that the acceleration channel does not show".to_owned());
+        }
+    }
+    None
+}
+
+/// Faster than any carriage on balls: catalogues end at 5 m/s, and at 10 for what is made to order.
+const FASTEST_M_S: f64 = 12.0;
+
+/// Longest run of rows with the same value, if it is long.
+fn longest_still(x: &[f64]) -> Option<(usize, usize)> {
+    let (mut best, mut start) = ((0, 0), 0);
+    for n in 1..=x.len() {
+        if n == x.len() || x[n] != x[start] {
+            if n - start > best.1 {
+                best = (start, n - start);
+            }
+            start = n;
+        }
+    }
+    (best.1 > (x.len() / 20).max(50)).then_some(best)
+}
+
+/// Step of a quantised channel: its smallest difference but for one in a hundred, if nearly all differences are whole multiples of it.
+pub(crate) fn quantum(x: &[f64]) -> Option<f64> {
+    let mut steps: Vec<f64> = x.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|d| *d > 0.0).collect();
+    if steps.len() < 50 {
+        return None;
+    }
+    steps.sort_unstable_by(f64::total_cmp);
+    let step = steps[steps.len() / 100];
+    let whole = steps.iter().filter(|d| (*d / step - (*d / step).round()).abs() < 0.02 * (*d / step).max(1.0)).count();
+    // single values repeat in a quantised signal; a continuous one has no smallest step
+    let repeated = steps.windows(2).filter(|pair| pair[1] - pair[0] < 1e-6 * step).count();
+    (whole * 100 > 95 * steps.len() && repeated * 2 > steps.len()).then_some(step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_rails_and_stuck_channels_are_seen() {
+        let smooth: Vec<f64> = (0..2000).map(|n| (f64::from(n) * 0.0171).sin() * 3.0).collect();
+        assert_eq!(quantum(&smooth), None);
+        let coarse: Vec<f64> = smooth.iter().map(|x| (x / 0.05).round() * 0.05).collect();
+        assert!((quantum(&coarse).expect("steps") - 0.05).abs() < 1e-9);
+        let clipped: Vec<f64> = smooth.iter().map(|x| x.min(2.5)).collect();
+        let (low, high) = extremes(&clipped);
+        assert!(at_rails(&clipped, low, high).is_some_and(|share| (0.1..0.3).contains(&share)));
+        let (low, high) = extremes(&smooth);
+        assert_eq!(at_rails(&smooth, low, high), None);
+        let mut stuck = smooth;
+        stuck[700..900].fill(1.0);
+        assert_eq!(longest_still(&stuck), Some((700, 200)));
+    }
+
+    #[test]
+    fn a_clipped_force_has_an_end_and_the_plateau_of_one_without_noise_is_none() {
+        // forth and back at constant speed: a trapezium, its tops flat
+        let forth_and_back: Vec<f64> =
+            (0..8000).map(|n| (f64::from(n) * 0.004).sin() * 30.0).map(|x| x.clamp(-8.0, 8.0)).collect();
+        assert!(ChannelEnds::of(&forth_and_back).0.is_empty());
+        let mut noise = simulation::sensor::Noise::new(1, 0);
+        let clipped: Vec<f64> =
+            forth_and_back.iter().map(|x| (x * 1.25 + 0.1 * noise.gaussian()).clamp(-8.0, 8.0)).collect();
+        assert_eq!(ChannelEnds::of(&clipped).0, [-8.0, 8.0]);
+    }
+}

@@ -1,0 +1,78 @@
+//! What a search is about.
+
+use simulation::Simulation;
+use simulation::file::PositionReference;
+
+use crate::calibration::prior;
+use crate::calibration::saturation::Saturation;
+use crate::calibration::settle::Valley;
+use crate::fit::bench::{Bench, Candidate};
+use crate::fit::edges::Edges;
+use crate::noise::rows::Rows;
+use crate::nominal::Nominal;
+use crate::recording::side::Side;
+
+/// Rounding, of the noise (in which it is), from which it is a fault of the channel; a channel that noise carries over
+/// its steps has none.
+const COARSE: f64 = 0.35;
+
+/// What no search changes: the simulation, and what the channels tell by themselves.
+#[derive(Clone, Copy)]
+pub(crate) struct Given<'s> {
+    pub(crate) simulation: &'s Simulation,
+    pub(crate) nominal: &'s Nominal,
+    /// Shapes of a resonance that the spectrum points to; `None` where the speed is too noisy for one: what it makes of the
+    /// acceleration rings at any frequency.
+    pub(crate) ringing: Option<&'s [Vec<f64>]>,
+    /// What starts and stops tell of the time between motion and force.
+    pub(crate) edges: Option<Edges>,
+    /// Step in which the force channel counts, N.
+    pub(crate) step_n: Option<f64>,
+}
+
+/// See the module.
+#[derive(Clone, Copy)]
+pub(crate) struct Case<'s> {
+    pub(crate) given: Given<'s>,
+    pub(crate) side: &'s Side<'s>,
+    /// Rows that may be searched, one entry a row of all runs.
+    pub(crate) training: &'s [bool],
+    pub(crate) saturation: &'s Saturation,
+    /// Travel since the force has turned from which on rows are compared, m: what play of the coupling leaves to be seen.
+    pub(crate) seen_from_m: f64,
+}
+
+/// Standard deviation of what rounding to a step adds, N.
+pub(crate) fn rounding_n(step_n: f64) -> f64 {
+    step_n / 12.0f64.sqrt()
+}
+
+impl<'s> Case<'s> {
+    /// The mismatch around the law at some values.
+    pub(crate) fn around(&self, rows: &Rows, values: &[f64]) -> Result<Bench<'s>, String> {
+        let Case { given: Given { simulation, nominal, edges, .. }, side, training, .. } = *self;
+        let mismatch = side.residual(nominal, values)?;
+        let tangent = side.tangent(nominal, values)?;
+        let mut bench =
+            Bench::new(rows.clone(), &side.contexts, training.to_vec(), &mismatch, tangent, prior(nominal, values));
+        bench.is_relative = simulation.axis.position_reference == PositionReference::Relative;
+        bench.seen_from_m = self.seen_from_m;
+        bench.edges = edges;
+        bench.largest = rows.white(&side.drag_n).iter().map(|x| f64::from(*x) * f64::from(*x)).sum();
+        Ok(bench)
+    }
+
+    /// The law's numbers beside causes.
+    pub(crate) fn valley<'a>(&self, rows: &'a Rows, causes: impl IntoIterator<Item = &'a Candidate>) -> Valley<'a>
+    where
+        's: 'a,
+    {
+        let causes = causes.into_iter().collect();
+        Valley { nominal: self.given.nominal, side: self.side, rows, training: self.training, causes }
+    }
+
+    /// Step in which the force channel counts, N, where that is a good part of the noise.
+    pub(crate) fn coarse_step_n(&self, noise_n: f64) -> Option<f64> {
+        self.given.step_n.filter(|step| rounding_n(*step) > COARSE * noise_n)
+    }
+}

@@ -1,0 +1,168 @@
+//! What this recording cannot tell from what was found.
+
+use simulation::mechanism::{Id, library};
+
+use crate::fit::bench::{Bench, Beside, Candidate, Gain, Member};
+use crate::fit::pool::{Pool, Tolerances};
+use crate::fit::refine::refine;
+use crate::fit::source::Source;
+use crate::numbers::linear::{Cholesky, Symmetric, dot, products};
+
+/// Rivals this many nats behind are still in the race.
+pub(crate) const TIE: f64 = 3.0;
+
+/// A rival that explains this share of the evidence differs by less than what two writings of one cause differ by.
+pub(crate) const NEAR: f64 = 0.004;
+
+/// [`TIE`] and [`NEAR`] between causes that are late by less than a row: they differ in the second order of what the rows
+/// do not resolve, and that is no more than what a filter's second stage changes.
+const TIE_WITHIN_A_ROW: f64 = 9.0;
+const NEAR_WITHIN_A_ROW: f64 = 0.02;
+
+/// Share of the evidence that a longer form adds to its own cause and that tells nothing apart: half of what a form may
+/// leave at all.
+const LONGER_FORM: f64 = 0.01;
+
+/// Share of a force that makes no difference between two.
+const SAME: f64 = 1e-4;
+
+/// A cause with its rivals.
+pub(crate) struct Set {
+    /// Simplest first; the first one leads.
+    pub(crate) candidates: Vec<Candidate>,
+    /// Probability that the true cause is among them, by the evidence against the others.
+    pub(crate) confidence: f64,
+}
+
+impl Set {
+    /// What has no name has no rivals.
+    pub(crate) fn alone(candidate: Candidate) -> Self {
+        Set { candidates: vec![candidate], confidence: 0.95 }
+    }
+}
+
+/// The rivals of a member that do as well in its place.
+pub(crate) fn of(
+    bench: &Bench<'_>,
+    pool: &mut Pool,
+    tolerances: &Tolerances<'_>,
+    members: &[Member],
+    at: usize,
+) -> Set {
+    let Beside { others, fit, own, gain: own_gain } = &bench.beside(members, at);
+    // what a longer form adds may be what the minimal one leaves of its own cause: it tells nothing apart
+    let minimal = pool.minimal(bench, &own.source, fit);
+    let minimal = minimal.filter(|(_, minimal)| minimal.nats > (1.0 - LONGER_FORM) * own_gain.nats);
+    let own_score = minimal.as_ref().map_or(own_gain.score, |(_, minimal)| minimal.score.min(own_gain.score));
+    let own_nats = minimal.as_ref().map_or(own_gain.nats, |(_, minimal)| minimal.nats.min(own_gain.nats));
+    let minimal = minimal.map(|(candidate, _)| candidate.clone());
+    let tie = TIE.max(NEAR * own_gain.nats);
+    let mut candidates = vec![own.clone()];
+    let mut against = 0.0;
+    if !own.source.is_story() {
+        let far = (6.0 * tie).max(0.2 * own_gain.nats);
+        let rivals: Vec<usize> = pool
+            .ranked_causes(bench, fit, tolerances)
+            .into_iter()
+            .filter(|(index, gain)| {
+                let source = &pool.causes[*index].source;
+                gain.score > own_score - far
+                    && !source.is_kin(&own.source)
+                    && !others.iter().any(|other| other.candidate.source.is_kin(source))
+            })
+            .take(10)
+            .map(|(index, _)| index)
+            .collect();
+        for index in rivals {
+            let (rival, gain) = refine(bench, &pool.causes[index], fit);
+            // that a name has more numbers speaks against it only where they bend
+            let is_plain = rival.source.is_minimal() && rival.source.shapes() == 0;
+            let is_within_a_row = [(own, own_gain), (&rival, &gain)]
+                .iter()
+                .all(|(late, gain)| late_by_s(late, gain).is_some_and(|late_s| late_s.abs() < bench.step_s));
+            let tie = if is_within_a_row { tie.max(TIE_WITHIN_A_ROW).max(NEAR_WITHIN_A_ROW * own_nats) } else { tie };
+            let behind = if is_plain || is_within_a_row { own_nats - gain.nats } else { own_score - gain.score };
+            if behind < tie {
+                candidates.push(rival);
+            } else {
+                // two writings of one cause differ by a share of the evidence: it counts for no more than that
+                against += (-behind.min(behind * TIE / tie)).exp();
+            }
+        }
+    }
+    candidates.sort_by_key(|candidate| candidate.source.simplicity());
+    let constants: Vec<Candidate> =
+        candidates.iter().chain(&minimal).filter(|c| is_constant(bench, c)).cloned().collect();
+    candidates.retain(|candidate| !constants.iter().any(|constant| is_with_more(candidate, constant)));
+    Set { candidates, confidence: (1.0 / (1.0 + against)).clamp(0.5, 0.99) }
+}
+
+/// By how much a cause makes the force, or its friction, late, s; `None` where it is none of those that do.
+fn late_by_s(candidate: &Candidate, gain: &Gain) -> Option<f64> {
+    let Source::Mechanism { definition, form, shape } = &candidate.source else { return None };
+    if !matches!(definition.id, Id::TimeMisalignment | Id::ForceLowpass | Id::FrictionalLag) {
+        return None;
+    }
+    // either the time itself is the amplitude, or a part of a whole that is late by a time
+    let whole = if definition.forms[*form].shape.is_empty() { 1.0 } else { *shape.first()? };
+    Some(whole * gain.amplitudes.first()?)
+}
+
+/// Whether a cause has one size wherever it acts.
+fn is_constant(bench: &Bench<'_>, candidate: &Candidate) -> bool {
+    let columns = bench.raw(&candidate.source).unwrap_or_default();
+    candidate.source.is_minimal() && columns.iter().flatten().all(|x| *x == 0.0 || x.abs() == 1.0)
+}
+
+/// Whether a rival is a constant with something beside it that does not show: a drift that does not drift is an offset,
+/// and need not be listed beside it.
+fn is_with_more(rich: &Candidate, constant: &Candidate) -> bool {
+    rich.freedom() > constant.freedom()
+        && !constant.source.is_kin(&rich.source)
+        && constant.columns.iter().all(|column| left_by(column, &rich.columns) < SAME)
+}
+
+/// Share of a column's square that others do not imitate.
+fn left_by(column: &[f32], others: &[Vec<f32>]) -> f64 {
+    let others: Vec<&[f32]> = others.iter().map(Vec::as_slice).collect();
+    let forward = Cholesky::of(&Symmetric::gram(&others)).forward(&products(&others, &[column]));
+    let own = products(&[column], &[column])[0];
+    if own > 0.0 { 1.0 - dot(&forward, &forward) / own } else { 0.0 }
+}
+
+/// The run that settles best between rivals, by the library's own advice: the one that most of them ask for.
+pub(crate) fn advice(ids: &[String]) -> Option<&'static str> {
+    let asked: Vec<&'static str> =
+        library().iter().filter(|d| ids.iter().any(|id| id == d.id.name())).map(|d| d.next_experiment).collect();
+    asked.iter().copied().max_by_key(|code| {
+        (asked.iter().filter(|other| *other == code).count(), std::cmp::Reverse(asked.iter().position(|a| a == code)))
+    })
+}
+
+/// What a code of the schema asks for.
+pub(crate) fn text(code: &str) -> &'static str {
+    match code {
+        "P0" => "Rest 30 s at both ends with the carriage free, then pull with a dead weight.",
+        "P1" => "A staircase of 12 to 20 speeds, both directions, up and down, over one section of the rail.",
+        "P2" => "The speed staircase at three preloads or loads that span a decade.",
+        "P3" => "The speed staircase at three temperatures, 10 K apart.",
+        "P4" => "The whole stroke slowly and fast, both directions, five times.",
+        "P5" => "Reversals of 1, 10, 100 um and 2 mm at two frequencies a decade apart.",
+        "P6" => "A speed that is modulated without reversing at three frequencies, with and without a known mass.",
+        "P7" => "Rest 1, 10, 100 and 1000 s, then start slowly.",
+        "P8" => "Run warm for two hours, rest one, resume for ten minutes.",
+        "P9" => "Known weights up and down at three speeds.",
+        "P10" => "The short staircase and the map again in a month.",
+        "seals-off" => "Repeat with the seals taken off.",
+        "unload" => "Repeat with the block unloaded.",
+        "second-preload" => "Repeat at a second preload, as different as the rig allows.",
+        "second-temperature" => "Repeat 10 K warmer.",
+        "known-mass" => "Repeat with a known mass added to the carriage.",
+        "turn-block" => "Turn the block round on the rail and repeat.",
+        "disconnect-chain" => "Repeat with the cable chain taken off.",
+        "two-frequencies" => "Reverse over the same stroke at two frequencies a decade apart.",
+        "zero-force" => "Take the force off the sensor at both ends of the stroke and record its zero.",
+        "relubricate" => "Relubricate and repeat.",
+        _ => "Repeat the same run later.",
+    }
+}

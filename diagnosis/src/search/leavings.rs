@@ -1,0 +1,78 @@
+//! What the forms of causes may leave of them.
+//!
+//! A form is an idealisation: the force of a true cause is a little larger here and smaller there than its form says, and
+//! beside a large cause that is more than many a small one has. What a small cause explains must show beside columns that
+//! follow the large ones' own forces, each with the size that a form may be wrong by:
+//!
+//! ```text
+//! f_m P_k(u_a)      f_m: force of cause m, P_k: Legendre's polynomials, u_a: speed, place, time .. within -1 to 1
+//! prior: 0 ± WRONG, each
+//! ```
+
+use crate::fit::bench::{Bench, Fit, Member};
+use crate::fit::story::Axis;
+
+/// Standard deviation of what a form is wrong by, of its force, along each polynomial.
+const WRONG: f64 = 0.07;
+
+/// Axes along which forms are wrong, and the highest polynomial along each.
+const ALONG: [(Axis, usize); 6] = [
+    (Axis::Direction, 1),
+    (Axis::Velocity, 2),
+    (Axis::Position, 3),
+    (Axis::Time, 2),
+    (Axis::Load, 1),
+    (Axis::Temperature, 2),
+];
+
+/// Whitened columns whose amplitudes are of the order of 1, beside a fit of the members.
+pub(crate) fn columns<'m>(bench: &Bench<'_>, fit: &Fit, members: impl Iterator<Item = &'m Member>) -> Vec<Vec<f32>> {
+    let mut raw: Vec<Vec<f64>> = Vec::new();
+    let along = polynomials(bench);
+    for member in members {
+        let amplitudes: Vec<f64> = member.base.iter().map(|column| WRONG * fit.value_of(*column)).collect();
+        let force = bench.force(&member.candidate.source, &amplitudes);
+        if force.is_empty() {
+            continue;
+        }
+        raw.extend(along.iter().map(|factor| force.iter().zip(factor).map(|(force, factor)| force * factor).collect()));
+    }
+    bench.rows.white_all(&raw.iter().map(Vec::as_slice).collect::<Vec<_>>())
+}
+
+/// Every polynomial along every axis that the runs show, row by row of all runs.
+fn polynomials(bench: &Bench<'_>) -> Vec<Vec<f64>> {
+    let mut all = Vec::new();
+    for (axis, most) in ALONG {
+        let mut values = Vec::new();
+        for context in bench.contexts {
+            match axis.values(context) {
+                Some(own) if axis == Axis::Velocity => values.extend(own.iter().map(|v| v.max(1e-6).ln())),
+                Some(own) => values.extend(own),
+                None => values.resize(values.len() + context.run.len(), f64::NAN),
+            }
+        }
+        let seen = values.iter().zip(&bench.compared).filter(|(x, c)| **c && x.is_finite()).map(|(x, _)| *x);
+        let (least, largest) =
+            seen.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, largest), x| (x.min(least), x.max(largest)));
+        if !(largest > least) {
+            continue;
+        }
+        let u: Vec<f64> = values
+            .iter()
+            .map(|x| if x.is_finite() { (2.0 * (x - least) / (largest - least) - 1.0).clamp(-1.0, 1.0) } else { 0.0 })
+            .collect();
+        for order in 1..=most {
+            all.push(u.iter().map(|u| legendre(order, *u)).collect());
+        }
+    }
+    all
+}
+
+fn legendre(order: usize, u: f64) -> f64 {
+    match order {
+        1 => u,
+        2 => 0.5 * (3.0 * u * u - 1.0),
+        _ => 0.5 * u * (5.0 * u * u - 3.0),
+    }
+}

@@ -1,0 +1,64 @@
+//! Whether a force grows with the load as the form that models it says.
+//!
+//! ```text
+//! F = form·(Q/Q_mean)^a, a = 0 by the form;  to first order  form·(1 + a·ln(Q/Q_mean))
+//! a = (r·g)/(g·g),  g = form·ln(Q/Q_mean) without what law and causes imitate,  r = what they leave
+//! ```
+//!
+//! Seals and churned grease do not feel the load at all, and oil in the inlet feels its 0.47th power: what grows with
+//! speed and falls with load is neither.
+
+use simulation::mechanism::Id;
+
+use crate::fit::bench::{Bench, Fit, Member};
+use crate::fit::source::Source;
+use crate::numbers::linear::{products, remove};
+
+/// Power of the load by which a force that does not feel it may seem to.
+const MOST: f64 = 0.1;
+
+/// The same for oil in the inlet: published powers lie between 0.3 and 0.5.
+const MOST_OF_OIL: f64 = 0.2;
+
+/// Standard deviations from which a power counts: what a form leaves of other causes is no noise.
+const SURE: f64 = 6.0;
+
+/// Share of a column, in square, that must be left of it to tell anything.
+const IMITATED: f64 = 1e-4;
+
+/// Whether a member's force follows another law of the load than its form's.
+pub(crate) fn is_another(bench: &Bench<'_>, fit: &Fit, member: &Member, rest: &[f32]) -> bool {
+    let Source::Mechanism { definition, .. } = &member.candidate.source else { return false };
+    let most = match definition.id {
+        Id::SealDrag | Id::ViscousDrag => MOST,
+        Id::HydrodynamicRolling => MOST_OF_OIL,
+        _ => return false,
+    };
+    power(bench, fit, member, rest).is_some_and(|(power, scatter)| power.abs() > most.max(SURE * scatter))
+}
+
+/// The power of the load that a member's form lacks, and its standard deviation; `None` where the load tells nothing.
+fn power(bench: &Bench<'_>, fit: &Fit, member: &Member, rest: &[f32]) -> Option<(f64, f64)> {
+    let amplitudes: Vec<f64> = member.base.iter().map(|column| fit.value_of(*column)).collect();
+    let mut force = bench.force(&member.candidate.source, &amplitudes);
+    let load: Vec<f64> = bench.contexts.iter().flat_map(|context| &context.steady.load_per_ball_n).copied().collect();
+    if load.len() != force.len() {
+        return None;
+    }
+    let acting: Vec<f64> = load
+        .iter()
+        .zip(&force)
+        .filter(|(load, force)| **load > 0.0 && **force != 0.0)
+        .map(|(load, _)| load.ln())
+        .collect();
+    let mean = acting.iter().sum::<f64>() / acting.len() as f64;
+    for (force, load) in force.iter_mut().zip(&load) {
+        *force *= if *load > 0.0 { load.ln() - mean } else { 0.0 };
+    }
+    let mut white = bench.rows.white(&force);
+    let all = products(&[&white], &[&white])[0];
+    let others: Vec<&[f32]> = fit.active.iter().map(|column| bench.base[*column].as_slice()).collect();
+    remove(&mut white, &others);
+    let own = products(&[&white], &[&white])[0];
+    (own > IMITATED * all).then(|| (products(&[&white], &[rest])[0] / own, 1.0 / own.sqrt()))
+}

@@ -1,0 +1,477 @@
+//! Which causes act: forward selection over the library, with second thoughts.
+//!
+//! Every step takes up the cause that explains most beyond what its freedom costs, refined in its shape, if both
+//! [locks](crate::noise::locks) open and its force is worth a mention. Before a new cause is taken up, those already there
+//! may take a richer form: most spurious second names are the first one's missing shape. After it, each one may be exchanged
+//! for a better one or dropped.
+//!
+//! ```text
+//! passes       the search, and again around where it has led; case: what it is about
+//! (here)       one search; leavings: what the forms of its causes may leave
+//! adequacy     is what explains much what acts? load_law: does it feel the load as it must?
+//! open_set     what has no name here; clock: what repeats in time
+//! law_alone    the law's own numbers off, and nothing beside them
+//! found        what all that has led to; refit: with numbers that the simulation left out
+//! equivalents  what this recording cannot tell apart; considered: what else was thought of
+//! ```
+
+pub(crate) mod adequacy;
+pub(crate) mod case;
+pub(crate) mod clock;
+pub(crate) mod considered;
+pub(crate) mod equivalents;
+pub(crate) mod found;
+pub(crate) mod law_alone;
+pub(crate) mod leavings;
+pub(crate) mod load_law;
+pub(crate) mod open_set;
+pub(crate) mod passes;
+pub(crate) mod refit;
+
+use simulation::mechanism::{Id, Kind, definition};
+
+use crate::fit::bench::{Bench, Beside, Candidate, Fit, Gain, Member, without};
+use crate::fit::pool::{Pool, Tolerances, ranked};
+use crate::fit::refine::refine;
+use crate::fit::rest::power;
+use crate::fit::source::Source;
+use crate::fit::spectrum::is_wave;
+use crate::noise::locks::Locks;
+
+/// Most causes that act together.
+const MOST: usize = 6;
+
+/// Probability of a false name that is accepted, over all causes together.
+const ALPHA: f64 = 0.01;
+
+/// Share of all evidence below which a further cause is one only if its size is the same throughout: a form is an
+/// idealisation, and what it leaves of its own cause's force, up to a seventh of it, is a fiftieth in square.
+const FURTHER: f64 = 0.02;
+
+/// Share of all evidence below which that is not enough, and a cause must show beside what the [forms](crate::search::leavings) of
+/// others may leave as well; a shift, which those imitate, is none.
+const FURTHER_IF_EVEN: f64 = 0.005;
+
+/// Highest order at which a wave repeats that is taken for the wave itself.
+const ORDERS: f64 = 4.0;
+
+/// Numbers less that make a cause the simpler one.
+const MUCH: usize = 3;
+
+/// Most of a cause's own evidence that is given up for a simpler one.
+const MOST_LOST: f64 = 0.25;
+
+/// Numbers less for each of which such a share is given up.
+const MUCH_FOR_SHARE: usize = 5;
+
+/// Logarithm of an e-value that no noise brings forth, whatever whitening gets wrong: under coloured noise that was
+/// taken for white, 37 has been seen.
+const BEYOND_NOISE: f64 = 120.0;
+
+/// The first lock spends three quarters of the evidence on folds that it does not test. Where the second is surer than it
+/// must be, its logarithm [`MORE`] times its level, the first need only be above its own over [`LESS`].
+const LESS: f64 = 2.0;
+const MORE: f64 = 1.5;
+
+/// Nats by which a cause leads a simpler one.
+const LEADS: f64 = 1.0;
+
+/// Causes that are refined in every step.
+const SHORT_LIST: usize = 4;
+
+/// RMS force below which a cause is not worth a mention, N.
+#[derive(Clone, Copy)]
+pub(crate) struct Floor {
+    /// Of any cause.
+    pub(crate) any_n: f64,
+    /// Of all but the rounding itself: what is smaller cannot be told from it.
+    pub(crate) rounding_n: f64,
+}
+
+impl Floor {
+    fn of(&self, source: &Source) -> f64 {
+        if source.is(Id::ForceQuantisation) { self.any_n } else { self.any_n.max(self.rounding_n) }
+    }
+}
+
+/// What the search found.
+pub(crate) struct Found {
+    pub(crate) members: Vec<Member>,
+    pub(crate) p_no_mismatch: f64,
+}
+
+/// Whether both locks open. What shows in a few blocks only (the fast run, the one warm-up) scatters between blocks and
+/// never opens the second; there the first one must leave no doubt.
+pub(crate) fn is_open(locks: &Locks, kinds: usize, points: usize) -> bool {
+    let level = (kinds.max(1) as f64 / ALPHA).ln();
+    let ln_e = locks.ln_e - (points.max(1) as f64).ln();
+    (ln_e > level && (-locks.p.ln() > level || (ln_e > BEYOND_NOISE && locks.p < 0.25)))
+        || (LESS * ln_e > level && -locks.p.ln() > MORE * level)
+}
+
+/// p-value of what opened both locks, the best of `kinds` causes at `points` values.
+pub(crate) fn p_of(locks: &Locks, kinds: usize, points: usize) -> f64 {
+    let kinds = kinds.max(1) as f64;
+    let ln_e = locks.ln_e - (points.max(1) as f64).ln();
+    let by_e = (kinds.ln() - ln_e).exp().min(1.0);
+    if ln_e > BEYOND_NOISE {
+        return by_e;
+    }
+    let by_blocks = (kinds.ln() - LESS * ln_e).exp().max(kinds * locks.p.powf(1.0 / MORE));
+    by_e.max(locks.p * kinds).min(by_blocks).min(1.0)
+}
+
+/// Runs the search.
+pub(crate) fn search(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>, floor: Floor) -> Found {
+    let mut members: Vec<Member> = Vec::new();
+    let p_no_mismatch = omnibus(bench, pool, tolerances);
+    // taking up and dropping may go round in circles
+    for _ in 0..2 * MOST {
+        if members.len() >= MOST {
+            break;
+        }
+        let fit = bench.fit_members(&members);
+        let short = short_list(bench, pool, &fit, tolerances, &members);
+        let chosen = short
+            .into_iter()
+            .find(|(candidate, gain)| gain.score > 0.0 && holds(bench, pool, candidate, gain, &members, floor))
+            .or_else(|| spoken_for(bench, pool, &fit, tolerances, &members, floor));
+        let Some(chosen) = chosen else { break };
+        if let Some((at, richer)) = best_upgrade(bench, pool, &members, chosen.1.score) {
+            members[at] = bench.take(richer);
+        } else {
+            members.push(bench.take(chosen.0));
+        }
+        exchange(bench, pool, tolerances, &mut members);
+        drop_idle(bench, &mut members);
+    }
+    polish(bench, &mut members);
+    simplify(bench, pool, tolerances, &mut members);
+    straighten(bench, &mut members);
+    prune(bench, pool, &mut members, floor);
+    Found { members, p_no_mismatch }
+}
+
+/// The best cause that starts and stops speak for, where there is none yet.
+fn spoken_for(
+    bench: &Bench<'_>,
+    pool: &mut Pool,
+    fit: &Fit,
+    tolerances: &Tolerances<'_>,
+    members: &[Member],
+    floor: Floor,
+) -> Option<(Candidate, Gain)> {
+    if bench.edges.is_none() || members.iter().any(|member| bench.is_spoken_for(&member.candidate.source)) {
+        return None;
+    }
+    let order = pool.ranked_causes(bench, fit, tolerances);
+    let (index, _) = order.into_iter().find(|(index, _)| bench.is_spoken_for(&pool.causes[*index].source))?;
+    let (candidate, gain) = refine(bench, &pool.causes[index], fit);
+    (gain.score > 0.0 && is_relevant(bench, &candidate, &gain, floor)).then_some((candidate, gain))
+}
+
+/// Whether a candidate may be named beside the members: real and worth it.
+///
+/// The evidence for a shift is what its tolerance would have to be stretched by. The data alone, which the locks ask,
+/// cannot tell a parameter that is free from one that is not.
+fn holds(bench: &Bench<'_>, pool: &Pool, candidate: &Candidate, gain: &Gain, members: &[Member], floor: Floor) -> bool {
+    if bench.is_spoken_for(&candidate.source) {
+        return is_relevant(bench, candidate, gain, floor);
+    }
+    let is_tiny = gain.nats < FURTHER_IF_EVEN * (imitable(bench, candidate, members) + gain.nats);
+    if matches!(candidate.source, Source::Shift { .. }) {
+        return !is_tiny && gain.score > (pool.kinds as f64).ln();
+    }
+    is_relevant(bench, candidate, gain, floor)
+        && is_open(&bench.locks(candidate, gain, members), pool.kinds, pool.points_of(&candidate.source))
+        && (!is_tiny || shows_beside_leavings(bench, pool, candidate, gain, members))
+}
+
+/// Whether a cause is real beside what the forms of others may leave, too. What a table along the rail follows is not: those
+/// few polynomials do not.
+pub(crate) fn shows_beside_leavings(
+    bench: &Bench<'_>,
+    pool: &Pool,
+    candidate: &Candidate,
+    gain: &Gain,
+    members: &[Member],
+) -> bool {
+    if candidate.source.is_phase_bound() {
+        return false;
+    }
+    let larger = members.iter().filter(|member| may_leave(member, candidate));
+    let leavings = leavings::columns(bench, &bench.fit_members(members), larger);
+    let locks = bench.locks_beside(candidate, gain, members, &leavings);
+    is_open(&locks, pool.kinds, pool.points_of(&candidate.source))
+}
+
+/// Drops, the weakest first, members that do not hold beside the others.
+fn prune(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>, floor: Floor) {
+    loop {
+        let failing = (0..members.len())
+            .filter_map(|at| {
+                let Beside { others, own, gain, .. } = bench.beside(members, at);
+                let fails = !holds(bench, pool, &own, &gain, &others, floor)
+                    || (is_small(bench, &own, &gain, &others)
+                        && !bench.is_spoken_for(&own.source)
+                        && !adequacy::is_even(bench, members, at));
+                fails.then_some((at, gain.nats))
+            })
+            .min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((at, _)) = failing else { return };
+        members.remove(at);
+    }
+}
+
+/// Whether what a cause adds to a fit is no more than what the forms of others may leave of them.
+pub(crate) fn is_small(bench: &Bench<'_>, own: &Candidate, gain: &Gain, others: &[Member]) -> bool {
+    gain.nats < FURTHER * (imitable(bench, own, others) + gain.nats)
+}
+
+/// Evidence of members whose remains a candidate could follow, nats: what a wave leaves of itself is tied to the rail, and
+/// follows nothing else.
+fn imitable(bench: &Bench<'_>, candidate: &Candidate, members: &[Member]) -> f64 {
+    let others: Vec<Member> = members.iter().filter(|member| !may_leave(member, candidate)).cloned().collect();
+    0.5 * (bench.fit_members(&others).rss - bench.fit_members(members).rss)
+}
+
+/// Whether a candidate could follow what the form of a member leaves.
+fn may_leave(member: &Member, candidate: &Candidate) -> bool {
+    candidate.source.is_phase_bound() || !is_periodic(&member.candidate.source)
+}
+
+fn is_periodic(source: &Source) -> bool {
+    matches!(source, Source::Mechanism { definition, form, .. }
+        if definition.kind == Kind::Physics && is_wave(&definition.forms[*form]))
+}
+
+/// p-value of "nothing is missing": both tests, over every cause and every curve.
+fn omnibus(bench: &Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>) -> f64 {
+    let fit = bench.fit(&bench.law());
+    let number = (pool.kinds + pool.stories.len()) as f64;
+    let mut tested = Vec::new();
+    let causes = pool.ranked_causes(bench, &fit, tolerances);
+    for (index, gain) in causes.iter().take(SHORT_LIST) {
+        if matches!(pool.causes[*index].source, Source::Shift { .. }) {
+            // twice the gain is the square of a standard normal number
+            tested.push((libm::erfc(gain.nats.sqrt()), gain.score));
+            continue;
+        }
+        let locks = bench.locks(&pool.causes[*index], gain, &[]);
+        tested.push((locks.p, locks.ln_e - (pool.points_of(&pool.causes[*index].source) as f64).ln()));
+    }
+    let stories = ranked(bench, &mut pool.stories, &fit, tolerances);
+    for (index, gain) in stories.iter().take(SHORT_LIST) {
+        let locks = bench.locks(&pool.stories[*index], gain, &[]);
+        tested.push((locks.p, locks.ln_e));
+    }
+    let p = tested.iter().map(|(p, _)| p * number).fold(1.0, f64::min);
+    let ln_e = tested.iter().map(|(_, ln_e)| ln_e - number.ln()).fold(f64::NEG_INFINITY, f64::max);
+    p.max((-ln_e).exp()).min(1.0)
+}
+
+fn short_list(
+    bench: &Bench<'_>,
+    pool: &mut Pool,
+    fit: &Fit,
+    tolerances: &Tolerances<'_>,
+    members: &[Member],
+) -> Vec<(Candidate, Gain)> {
+    let order = pool.ranked_causes(bench, fit, tolerances);
+    let leading = order.first().map_or(0.0, |(_, gain)| gain.score);
+    let mut list: Vec<(Candidate, Gain)> = order
+        .into_iter()
+        .filter(|(index, gain)| {
+            gain.score > 0.5 * leading
+                && !members.iter().any(|m| {
+                    is_twin(&m.candidate.source, &pool.causes[*index].source, tolerances)
+                        || is_order(&m.candidate.source, &pool.causes[*index].source, pool.span_m)
+                })
+        })
+        .scan(0, |physics, (index, gain)| {
+            *physics += usize::from(!matches!(pool.causes[index].source, Source::Shift { .. }));
+            Some((*physics, index, gain))
+        })
+        // a law's own parameters are few, and imitated by everything that grows with the drag
+        .filter(|(physics, index, _)| {
+            *physics <= SHORT_LIST || matches!(pool.causes[*index].source, Source::Shift { .. })
+        })
+        .map(|(_, index, _)| refine(bench, &pool.causes[index], fit))
+        .collect();
+    list.sort_by(|a, b| b.1.score.total_cmp(&a.1.score));
+    // where some tie, the simplest one leads
+    let best = list.first().map_or(0.0, |(_, gain)| gain.score);
+    let tied = list.iter().take_while(|(_, gain)| best - gain.score < LEADS).count();
+    if let Some(at) = (0..tied).min_by_key(|at| list[*at].0.source.simplicity()) {
+        list[..=at].rotate_right(1);
+    }
+    list
+}
+
+/// Whether two causes are one: of a kind, or the mass that the law has and one that it has not.
+fn is_twin(a: &Source, b: &Source, tolerances: &Tolerances<'_>) -> bool {
+    let is_mass = |source: &Source| match source {
+        Source::Mechanism { definition, .. } => definition.id == Id::Inertia,
+        Source::Shift { parameter } => tolerances.nominal.parameters[*parameter].name == "mass",
+        Source::Story { .. } => false,
+    };
+    a.is_kin(b) || (is_mass(a) && is_mass(b))
+}
+
+/// Whether a cause is a wave that is an order of another wave that is already there.
+fn is_order(there: &Source, new: &Source, span_m: f64) -> bool {
+    let length = |source: &Source| match source {
+        Source::Mechanism { definition, form, shape } if is_wave(&definition.forms[*form]) => shape.first().copied(),
+        _ => None,
+    };
+    let (Some(there), Some(new)) = (length(there), length(new)) else { return false };
+    let order = (there / new).round();
+    (1.0..=ORDERS).contains(&order) && (1.0 / new - order / there).abs() * span_m < 0.5
+}
+
+/// The upgrade of a member's form that explains at least half of what a new cause would.
+fn best_upgrade(bench: &Bench<'_>, pool: &mut Pool, members: &[Member], rival: f64) -> Option<(usize, Candidate)> {
+    let mut best: Option<(f64, usize, Candidate)> = None;
+    for (at, member) in members.iter().enumerate() {
+        let Source::Mechanism { definition, form, .. } = &member.candidate.source else { continue };
+        if definition.forms.len() < 2 && definition.forms[*form].shape.is_empty() {
+            continue;
+        }
+        let Beside { fit, own, gain, .. } = bench.beside(members, at);
+        for candidate in
+            pool.best_of(bench, &member.candidate.source, &fit).into_iter().chain([refine(bench, &own, &fit)])
+        {
+            let more = candidate.1.score - gain.score;
+            if more > 0.5 * rival.max(4.0) && best.as_ref().is_none_or(|(score, ..)| more > *score) {
+                best = Some((more, at, candidate.0));
+            }
+        }
+    }
+    best.map(|(_, at, candidate)| (at, candidate))
+}
+
+/// Replaces members by causes that do better in their place.
+fn exchange(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>, members: &mut [Member]) {
+    if members.len() < 2 {
+        return;
+    }
+    for at in 0..members.len() {
+        let Beside { others, fit, own, .. } = bench.beside(members, at);
+        let (own, now) = refine(bench, &own, &fit);
+        let better = short_list(bench, pool, &fit, tolerances, &others)
+            .into_iter()
+            .find(|(candidate, gain)| gain.score > now.score + 3.0 && !candidate.source.is_kin(&own.source));
+        members[at] = bench.take(better.map_or(own, |(candidate, _)| candidate));
+    }
+}
+
+/// Replaces members by causes with fewer numbers that explain as much but for a share that is worth no name.
+fn simplify(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>, members: &mut [Member]) {
+    let law = bench.fit(&bench.law());
+    let all = 0.5 * (law.rss - bench.fit_members(members).rss);
+    for at in 0..members.len() {
+        let Beside { others, fit, own, gain } = bench.beside(members, at);
+        let own_nats = gain.nats;
+        // a table of 48 entries follows whatever there is: what it follows better than a cause with a shape is no evidence
+        let least = |freedom: usize| {
+            let worthless = FURTHER * all * (own.freedom().saturating_sub(freedom) / MUCH_FOR_SHARE).max(1) as f64;
+            own_nats - worthless.min(MOST_LOST * own_nats)
+        };
+        let simpler: Vec<(Candidate, Gain)> = pool
+            .ranked_causes(bench, &fit, tolerances)
+            .into_iter()
+            .filter(|(index, gain)| {
+                let candidate = &pool.causes[*index];
+                candidate.freedom() + MUCH <= own.freedom()
+                    && gain.nats > 0.8 * least(candidate.freedom())
+                    && !others.iter().any(|other| other.candidate.source.is_kin(&candidate.source))
+            })
+            .take(2 * SHORT_LIST)
+            .map(|(index, _)| refine(bench, &pool.causes[index], &fit))
+            .filter(|(candidate, gain)| gain.nats > least(candidate.freedom()))
+            .collect();
+        let best =
+            simpler.into_iter().min_by(|a, b| a.0.freedom().cmp(&b.0.freedom()).then(b.1.nats.total_cmp(&a.1.nats)));
+        if let Some((candidate, _)) = best {
+            members[at] = bench.take(candidate);
+        }
+    }
+}
+
+/// Replaces a cable chain that hardly changes along the rail by what is left of it then: a friction and a constant force.
+fn straighten(bench: &mut Bench<'_>, members: &mut Vec<Member>) {
+    let of = |id: Id| Source::Mechanism { definition: definition(id), form: 0, shape: Vec::new() };
+    let Some(at) = members.iter().position(|member| member.candidate.source.is(Id::CableChain)) else { return };
+    let Beside { others, fit, gain, .. } = bench.beside(members, at);
+    let parts = [of(Id::SealDrag), of(Id::ForceOffset)];
+    if parts.iter().any(|part| others.iter().any(|other| other.candidate.source.is_kin(part))) {
+        return;
+    }
+    let mut without = others;
+    for candidate in bench.candidates(parts) {
+        without.push(bench.take(candidate));
+    }
+    let nats = 0.5 * (fit.rss - bench.fit_members(&without).rss);
+    if nats > (1.0 - FURTHER) * gain.nats {
+        *members = without;
+        drop_idle(bench, members);
+    }
+}
+
+/// Drops members that the others have made superfluous.
+fn drop_idle(bench: &Bench<'_>, members: &mut Vec<Member>) {
+    loop {
+        let scores: Vec<f64> = (0..members.len()).map(|at| bench.beside(members, at).gain.score).collect();
+        let Some(at) =
+            (0..scores.len()).filter(|at| scores[*at] < 0.0).min_by(|a, b| scores[*a].total_cmp(&scores[*b]))
+        else {
+            return;
+        };
+        members.remove(at);
+    }
+}
+
+/// Last refinement of every shape beside the others.
+pub(crate) fn polish(bench: &mut Bench<'_>, members: &mut [Member]) {
+    for at in 0..members.len() {
+        if members[at].candidate.source.shapes() == 0 {
+            continue;
+        }
+        let fit = bench.fit_members(&without(members, at));
+        let (own, _) = refine(bench, &members[at].candidate, &fit);
+        members[at] = bench.take(own);
+    }
+}
+
+/// Whether the force of a cause exceeds its floor.
+pub(crate) fn is_relevant(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, floor: Floor) -> bool {
+    size_n(bench, &candidate.source, &gain.amplitudes) > floor.of(&candidate.source)
+}
+
+/// RMS of a cause's force, N.
+fn size_n(bench: &Bench<'_>, source: &Source, amplitudes: &[f64]) -> f64 {
+    let force = bench.force(source, amplitudes);
+    if force.is_empty() { 0.0 } else { power(&bench.rows, &force).sqrt() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neither_lock_opens_alone_and_what_opens_both_has_a_p_value_below_alpha() {
+        let opens = |ln_e: f64, p: f64| is_open(&Locks { ln_e, p }, 35, 1);
+        assert!(opens(8.2, 2.8e-4) && !opens(8.2, 3e-4) && !opens(8.1, 2.8e-4));
+        assert!(opens(4.1, 4e-6) && !opens(4.0, 1e-12) && !opens(4.1, 6e-6));
+        assert!(opens(121.0, 0.2) && !opens(121.0, 0.3) && !opens(119.0, 0.2));
+        for points in [1, 150] {
+            for at in 0..4000 {
+                let locks = Locks { ln_e: 0.5 * f64::from(at % 80), p: (-0.5 * f64::from(at / 80)).exp() };
+                if is_open(&locks, 35, points) {
+                    let p = p_of(&locks, 35, points);
+                    assert!(p <= 1.0001 * ALPHA, "{locks:?}: {p}");
+                }
+            }
+        }
+    }
+}

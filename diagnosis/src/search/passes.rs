@@ -1,0 +1,194 @@
+//! The search, and again around where it has led, with the noise as it looks behind what was found.
+
+use crate::calibration::{moved, shifted, way};
+use crate::fit::bench::{Bench, Beside, Member, causes};
+use crate::fit::pool::{Pool, Tolerances};
+use crate::fit::rest::{noise_rms, shares, whiteness};
+use crate::noise::locks::least_of;
+use crate::noise::rows::Rows;
+use crate::numbers::statistics::rms;
+use crate::search::adequacy::{Doubt, doubts};
+use crate::search::case::{Case, Given, rounding_n};
+use crate::search::found::{Causes, FAR, Found, again, amplitudes};
+use crate::search::open_set;
+use crate::search::{self, Floor, search};
+
+/// A cause whose force is smaller than this share of the noise is not worth a mention.
+const FLOOR_OF_NOISE: f64 = 0.05;
+
+/// Difference of the variance of the whitened rest from 1 from which the noise is learnt anew.
+const COLOURED: f64 = 0.1;
+
+/// Rows that stand out which say nothing of the noise behind what was found.
+const FEW_TAILS: usize = 10;
+
+/// Share of what all causes explain together, in square, below which one is not named: four of five such names were
+/// false on the development sets.
+pub(crate) const LEAST_SHARE: f64 = 0.002;
+
+/// [`LEAST_SHARE`] of one with little evidence of its own beside the others.
+const LEAST_SHARE_OF_SMALL: f64 = 0.035;
+
+/// Most searches.
+const MOST_PASSES: usize = 3;
+
+/// A pool of causes and the noise that it was whitened for: the next search may find both as it needs them.
+pub(crate) type Kept = Option<(Rows, Pool)>;
+
+/// All that may act, of a former search where the noise looks the same.
+pub(crate) fn prepared(
+    case: &Case<'_>,
+    rows: &Rows,
+    bench: &Bench<'_>,
+    tolerances: &Tolerances<'_>,
+    kept: &mut Kept,
+) -> Pool {
+    match kept.take().filter(|(of, _)| of.whiten_alike(rows)) {
+        Some((_, pool)) => pool.again(bench, tolerances),
+        None => Pool::new(bench, tolerances, &case.saturation.curves, case.given.ringing),
+    }
+}
+
+/// Searches as often as it takes.
+pub(crate) fn run<'s>(case: &Case<'s>, mut rows: Rows, start: &[f64], kept: &mut Kept) -> Result<Found<'s>, String> {
+    let Case { given: Given { nominal, step_n, .. }, side, saturation, .. } = *case;
+    let mut values = start.to_vec();
+    let mut pass = 0;
+    loop {
+        pass += 1;
+        let mismatch = side.residual(nominal, &values)?;
+        let tangent = side.tangent(nominal, &values)?;
+        let tolerances = Tolerances { nominal, moved: &values };
+        let mut bench = case.around(&rows, &values)?;
+        let mut pool = prepared(case, &rows, &bench, &tolerances, kept);
+        let noise = noise_rms(&rows, &saturation.rest(&rows, &side.contexts, &mismatch, &tangent, &[]));
+        let coarse_step_n = case.coarse_step_n(noise);
+        let irrelevant_n = irrelevant_n(case, &rows, &mismatch)?;
+        // a force that stays within one step is off by up to half of it, always to the same side
+        let rounding_n = coarse_step_n.map_or(step_n.map_or(0.0, rounding_n), |step| 0.5 * step);
+        let floor = Floor { any_n: irrelevant_n.max(FLOOR_OF_NOISE * noise), rounding_n };
+        let searched = search(&mut bench, &mut pool, &tolerances, floor);
+        let mut members = searched.members;
+        let p_of_curve = open_set::extend(&mut bench, &mut pool, &tolerances, &mut members, floor);
+        let fit = bench.fit_members(&members);
+        let mut extra = Vec::new();
+        for member in &members {
+            extra.extend(bench.raw(&member.candidate.source).unwrap_or_default());
+        }
+        let left = saturation.rest(&rows, &side.contexts, &mismatch, &tangent, &extra);
+        let led = led(case, &bench, &members, &values)?;
+        let mut learnt = None;
+        if pass < 2 && !members.is_empty() {
+            let mut anew = rows.clone();
+            anew.learn(&left);
+            let is_coloured = (whiteness(&bench, &fit) - 1.0).abs() > COLOURED;
+            // what stood out is explained, and may count in full
+            let is_tamed = rows.tails() > FEW_TAILS && 2 * anew.tails() < rows.tails();
+            learnt = (is_coloured || is_tamed).then_some(anew);
+        }
+        if pass < MOST_PASSES && (led.is_some() || learnt.is_some()) {
+            *kept = Some((rows.clone(), pool));
+            if let Some(learnt) = learnt {
+                rows = learnt;
+            }
+            values = led.unwrap_or(values);
+            continue;
+        }
+        let noise_n = noise_rms(&rows, &left);
+        drop_small(&bench, &pool, &mut members);
+        let doubts = doubted(&mut bench, &mut pool, &tolerances, &mut members, floor);
+        // no further search, but what was found is to be true where it leads the law to
+        if let Some(led) = self::led(case, &bench, &members, &values)? {
+            values = led;
+            bench = case.around(&rows, &values)?;
+            pool = pool.again(&bench, &Tolerances { nominal, moved: &values });
+            members = again(&mut bench, members);
+        }
+        let causes = Causes {
+            bench,
+            members,
+            doubts,
+            values,
+            has_landed: false,
+            p_no_mismatch: least_of([searched.p_no_mismatch, p_of_curve]),
+            noise_n,
+            irrelevant_n,
+            left,
+            coarse_step_n,
+        };
+        let found = causes.found(case, &mut pool, start)?;
+        *kept = Some((rows, pool));
+        return Ok(found);
+    }
+}
+
+/// Where the law comes to rest beside the members; `None` where that is near enough for straight lines.
+fn led(case: &Case<'_>, bench: &Bench<'_>, members: &[Member], values: &[f64]) -> Result<Option<Vec<f64>>, String> {
+    let nominal = case.given.nominal;
+    let is_far = |there: &[f64]| !nominal.is_incomplete() && way(values, there) > FAR;
+    let fit = bench.fit_members(members);
+    let straight =
+        shifted(nominal, &moved(nominal, values, &fit.values[..values.len()]), members, &amplitudes(members, &fit));
+    if !is_far(&straight) {
+        return Ok(None);
+    }
+    Ok(Some(case.valley(&bench.rows, causes(members)).settled(values)?).filter(|there| is_far(there)))
+}
+
+/// RMS force below which a mismatch is of no matter, N: what the simulation says is irrelevant, and what derivatives leave
+/// of calibration, which cannot be told from a cause.
+pub(crate) fn irrelevant_n(case: &Case<'_>, rows: &Rows, mismatch: &[f64]) -> Result<f64, String> {
+    let Case { given: Given { simulation, nominal, .. }, side, .. } = *case;
+    let before = side.residual(nominal, &nominal.start())?;
+    let calibrated: Vec<f64> = before.iter().zip(mismatch).map(|(before, after)| before - after).collect();
+    let inexact_n = nominal.error_of_derivatives() * rms(&rows.plain(&calibrated));
+    Ok(inexact_n.max(simulation.tolerance.relevance * rms(&rows.plain(&side.drag_n))))
+}
+
+/// Drops, the smallest first, members that carry next to nothing of what all explain together.
+fn drop_small(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>) {
+    while members.len() > 1 {
+        let fit = bench.fit_members(members);
+        let amplitudes = amplitudes(members, &fit);
+        let forces: Vec<Vec<f64>> =
+            members.iter().zip(&amplitudes).map(|(member, x)| bench.force(&member.candidate.source, x)).collect();
+        let shares = shares(&bench.rows, &bench.tangent, &forces, 1.0);
+        let least = |at: usize| {
+            if bench.is_spoken_for(&members[at].candidate.source) {
+                return 0.0;
+            }
+            let Beside { others, own, gain, .. } = bench.beside(members, at);
+            let is_small = search::is_small(bench, &own, &gain, &others)
+                && !search::shows_beside_leavings(bench, pool, &own, &gain, &others);
+            if is_small { LEAST_SHARE_OF_SMALL } else { LEAST_SHARE }
+        };
+        let smallest = (0..members.len()).min_by(|a, b| shares[*a].total_cmp(&shares[*b]));
+        match smallest.filter(|at| shares[*at] < least(*at)) {
+            Some(at) => members.remove(at),
+            None => return,
+        };
+    }
+}
+
+/// Doubts about the members, which may make room for a curve: one without a name that does better than doubted names do.
+fn doubted(
+    bench: &mut Bench<'_>,
+    pool: &mut Pool,
+    tolerances: &Tolerances<'_>,
+    members: &mut Vec<Member>,
+    floor: Floor,
+) -> Vec<Option<Doubt>> {
+    let found = doubts(bench, &bench.fit_members(members), members);
+    if found.iter().all(Option::is_none) {
+        return found;
+    }
+    let mut with: Vec<Member> =
+        members.iter().zip(&found).filter(|(_, doubt)| doubt.is_none()).map(|(member, _)| member.clone()).collect();
+    let sure = with.len();
+    let _ = open_set::extend(bench, pool, tolerances, &mut with, floor);
+    if with.len() > sure && bench.fit_members(&with).rss < bench.fit_members(members).rss {
+        *members = with;
+        return doubts(bench, &bench.fit_members(members), members);
+    }
+    found
+}
