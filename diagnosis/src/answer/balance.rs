@@ -1,5 +1,7 @@
 //! How the squared mismatch that calibration leaves is shared out among what was found.
 
+use std::ops::Range;
+
 use simulation::Simulation;
 use simulation::mechanism::Id;
 use simulation::run::Run;
@@ -8,6 +10,8 @@ use crate::answer::aside::Aside;
 use crate::answer::scores::Proof;
 use crate::beside::bursts::bursts;
 use crate::fit::rest::power;
+use crate::noise::rows::Rows;
+use crate::numbers::statistics::robust_sigma;
 use crate::recording::sanity::quantum;
 use crate::recording::side::Side;
 use crate::search::found::Found;
@@ -62,7 +66,7 @@ impl Balance {
         let noise = found.noise_n * found.noise_n;
         let rounding = found.coarse_step_n.filter(|_| !is_known(Id::ForceQuantisation));
         let rounding = rounding.map(|step| (step * step / 12.0).min(0.9 * noise));
-        let unsteady = open_set::unsteady(&found.bench.rest(&found.fit), &rows.groups);
+        let unsteady = open_set::unsteady(&found.bench.rest(&found.fit), &without_coarse(side, rows, &proof.own.after));
         let coherent = unsteady.share * noise;
         // what rounding leaves is noise that follows the force: it comes and goes with it
         let rounds = |run: &Run| quantum(&run.drag_force_n).is_some_and(|step| step > COARSE * found.noise_n);
@@ -121,4 +125,12 @@ impl Balance {
     pub(crate) fn explained(&self) -> f64 {
         (1.0 - self.unexplained - self.beside_fits()).max(0.0)
     }
+}
+
+/// Parts of the profile whose noise carries the force over the steps of its channel. In others it stays on one of them for
+/// as long as the law does, and what rounding adds comes and goes.
+fn without_coarse(side: &Side<'_>, rows: &Rows, left: &[f64]) -> Vec<Range<usize>> {
+    let step_n = side.runs.iter().filter_map(|run| quantum(&run.drag_force_n)).fold(0.0, f64::max);
+    let left = rows.plain(left);
+    rows.groups.iter().filter(|group| robust_sigma(&left[(*group).clone()]) > step_n).cloned().collect()
 }
