@@ -250,6 +250,23 @@ fn what_does_not_carry_over_is_said_to_make_things_worse() {
     assert!(!is_said(warnings(dragging.clone())));
 }
 
+/// Some parts are as slow as a fast carriage is: the mean would pass.
+#[test]
+fn a_time_in_minutes_is_no_recording_of_a_carriage() {
+    let simulation = simulation("");
+    let speeds_m_s = vec![0.05, 0.1, 0.2, 0.3];
+    let course = Staircase { speeds_m_s, length_m: 0.3, order: Order::Both, ..Staircase::default() };
+    let mut run = recorded(&simulation, course.course(200.0, &USUAL).unwrap(), nothing);
+    run.velocity_m_s = None;
+    run.acceleration_m_s2 = None;
+    let read = outcome(&run, &simulation).diagnosis;
+    assert_eq!(read.verdict, Verdict::Match, "{:?}", read.data_quality.warnings);
+    run.time_s.iter_mut().for_each(|t| *t /= 60.0);
+    let refused = outcome(&run, &simulation).diagnosis;
+    assert_eq!(refused.verdict, Verdict::InsufficientData);
+    assert!(refused.data_quality.warnings.iter().any(|line| line.contains("the unit of time")), "{refused:?}");
+}
+
 #[test]
 fn calibration_does_not_follow_what_the_law_cannot_know() {
     // preload and friction make up for one another, and the block is off by more than either may be

@@ -150,7 +150,7 @@ fn tracks(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64]) -> Vec<
     let weights = rows.power_weights();
     let (mut tracks, mut start) = (Vec::new(), 0);
     for context in &side.contexts {
-        let step_n = quantum(&context.run.drag_force_n);
+        let (step_n, step_s) = (quantum(&context.run.drag_force_n), context.run.step_s());
         for part in &context.run.parts {
             let own = start + part.rows.start..start + part.rows.end;
             let is_coarse = step_n.is_some_and(|step| step > FLIPPING * robust_sigma(&left[own.clone()]));
@@ -159,7 +159,7 @@ fn tracks(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64]) -> Vec<
                 if scaled.is_finite() { scaled } else { 0.0 }
             };
             let mut track = Track {
-                step_s: context.run.step_s(),
+                step_s,
                 travel_m: context.travel_m[part.rows.clone()].to_vec(),
                 speed_m_s: part.rows.clone().map(|n| context.speed_m_s(n)).collect(),
                 braking: part.rows.clone().map(scaled).collect(),

@@ -110,10 +110,13 @@ pub(crate) fn raw_columns(source: &Source, contexts: &[Context<'_>]) -> Option<V
         };
         shown |= own.is_some();
         let rows = context.run.len();
-        for (k, column) in columns.iter_mut().enumerate() {
-            match own.as_ref().and_then(|own| own.get(k)) {
-                Some(own) if own.len() == rows => {
-                    column.extend(own.iter().map(|x| if x.is_finite() { *x } else { 0.0 }))
+        let mut own = own.unwrap_or_default().into_iter();
+        for column in &mut columns {
+            match own.next() {
+                Some(mut own) if own.len() == rows => {
+                    own.iter_mut().filter(|x| !x.is_finite()).for_each(|x| *x = 0.0);
+                    // the first run's is not copied
+                    if column.is_empty() { *column = own } else { column.append(&mut own) }
                 }
                 _ => column.resize(column.len() + rows, 0.0),
             }
