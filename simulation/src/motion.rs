@@ -66,8 +66,7 @@ impl Motion {
     /// Velocity and acceleration that a position would have, derived as those of this motion were.
     pub(crate) fn derived(&self, run: &Run, position_m: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let parts: Vec<Range<usize>> = run.parts.iter().map(|part| part.rows.clone()).collect();
-        let derivative = |of: fn([f64; 3]) -> f64| local(&run.time_s, position_m, &parts, self.reach, of);
-        (derivative(|[_, b, _]| b), derivative(|[_, _, c]| 2.0 * c))
+        local(&run.time_s, position_m, &parts, self.reach, |[_, b, c]| (b, 2.0 * c)).into_iter().unzip()
     }
 
     /// Motion of the path alone, over this many rows to either side, whatever speed and acceleration were recorded.
@@ -118,8 +117,14 @@ fn bend(time: &[f64], column: &[f64], parts: &[Range<usize>], reach: usize) -> V
 
 /// Fits `a + b τ + c τ²` around every row, τ the time from it, and keeps what `of` asks for. Near the border of a part
 /// the window shrinks on the far side only as far as it must.
-fn local(time: &[f64], column: &[f64], parts: &[Range<usize>], reach: usize, of: impl Fn([f64; 3]) -> f64) -> Vec<f64> {
-    let mut out = vec![0.0; column.len()];
+fn local<T: Copy + Default>(
+    time: &[f64],
+    column: &[f64],
+    parts: &[Range<usize>],
+    reach: usize,
+    of: impl Fn([f64; 3]) -> T,
+) -> Vec<T> {
+    let mut out = vec![T::default(); column.len()];
     for rows in parts {
         for n in rows.clone() {
             let from = n.saturating_sub(reach).max(rows.start);
