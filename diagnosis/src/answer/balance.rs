@@ -16,7 +16,7 @@ use crate::recording::sanity::quantum;
 use crate::recording::side::Side;
 use crate::search::found::Found;
 use crate::search::open_set;
-use crate::search::passes::LEAST_SHARE;
+use crate::search::passes::{LEAST_SHARE, LEAST_SHARE_OF_SMALL};
 
 /// p-value below which a rest counts as unsteady: an approximation is trusted no further than this far out.
 const UNSTEADY: f64 = 1e-12;
@@ -96,6 +96,8 @@ impl Balance {
         let aside: f64 = [clipped, spots, speed, play].into_iter().flatten().sum();
         let mismatch = (before - noise).max(1e-3 * before) + aside;
         let share = |power: f64| (power / mismatch).clamp(0.0, 1.0);
+        // the form of another cause may leave a few
+        let least_of_spots = if found.members.is_empty() { LEAST_SHARE } else { LEAST_SHARE_OF_SMALL };
         let mut balance = Balance {
             noise_n: noise.sqrt(),
             unexplained_n: (after - noise).max(0.0).sqrt(),
@@ -104,7 +106,7 @@ impl Balance {
             p_steady: if is_unsteady { p_steady } else { 1.0 },
             rounding: rounding.map(share),
             clipped: clipped.map(share),
-            spots: spots.map(share).filter(|share| *share > LEAST_SHARE),
+            spots: spots.map(share).filter(|share| *share > least_of_spots),
             speed: speed.map(share),
             heard: heard.map(share),
             play: play.map(share),

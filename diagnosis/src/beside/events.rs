@@ -50,6 +50,9 @@ const ORDINARY: f64 = 2.0;
 /// Fewest spots, however high: that they come at random is said of no two.
 const FEWEST: usize = 4;
 
+/// Height of a spot that is none above what is around it, N: half of them must have more.
+const NOTHING_N: f64 = 1e-12;
+
 /// Rows of a spot from which its length is told.
 const RESOLVED: f64 = 3.0;
 
@@ -134,7 +137,9 @@ pub(crate) fn spots(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64
     }
     // what is as short as the contact of a ball, or shorter, nothing rolled over, and what is longer than all is no spot
     let longest_m = lengths.last().map_or(0.0, |(length_m, _)| *length_m);
-    let is_spot = |spots: &Spots| (1.01 * SHORTEST_M..0.99 * longest_m).contains(&spots.length_m.value);
+    let is_spot = |spots: &Spots| {
+        (1.01 * SHORTEST_M..0.99 * longest_m).contains(&spots.length_m.value) && spots.force_n.value > NOTHING_N
+    };
     Some(described(&tracks, &lengths, best, p, left, side)).filter(is_spot)
 }
 
@@ -326,7 +331,7 @@ fn described(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize, p: f64, l
             let (height_n, square_n2) = height(track, n, *length_m, left, &against);
             squares_n2 += square_n2;
             if spots.braking.contains(&(index, n)) {
-                heights_n.push(height_n.max(1e-12).ln());
+                heights_n.push(height_n.max(NOTHING_N).ln());
             }
             let is_reached = |m: &usize| {
                 m.abs_diff(n) <= MARGIN || (track.travel_m[*m] - track.travel_m[n]).abs() <= REACH * length_m

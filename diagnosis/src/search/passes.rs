@@ -27,7 +27,7 @@ const FEW_TAILS: usize = 10;
 pub(crate) const LEAST_SHARE: f64 = 0.002;
 
 /// [`LEAST_SHARE`] of one with little evidence of its own beside the others.
-const LEAST_SHARE_OF_SMALL: f64 = 0.035;
+pub(crate) const LEAST_SHARE_OF_SMALL: f64 = 0.035;
 
 /// Most searches.
 const MOST_PASSES: usize = 3;
