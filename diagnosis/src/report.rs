@@ -113,11 +113,23 @@ pub struct Finding {
     pub parameters: Vec<Estimate>,
     /// Share of the squared mismatch that calibration leaves.
     pub share_of_mismatch: f64,
-    /// Whether it lowered the error on the scored rows, everything else as found; `null` where it says nothing about
-    /// them, such as a phase along a rail whose zero the other recording does not share.
+    /// Whether more than half of its force is there on the scored rows, by two standard errors and everything else as
+    /// found; `null` where they tell nothing of it, such as a phase along a rail whose zero the other recording does not
+    /// share.
     pub carried_over: Option<bool>,
+    /// How much of its force is there.
+    pub on_holdout: Option<Carried>,
     /// One sentence.
     pub statement: String,
+}
+
+/// Share of a force that is there on the scored rows: 1 for all, 0 for nothing of it, below 0 for the opposite.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Carried {
+    /// Share.
+    pub share: f64,
+    /// 95 % interval.
+    pub ci95: [f64; 2],
 }
 
 /// A cause that was not named.

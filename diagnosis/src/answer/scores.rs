@@ -6,23 +6,24 @@ use simulation::mechanism::Context;
 use simulation::run::Run;
 
 use crate::answer::aside::Aside;
+use crate::answer::carried::Scored;
 use crate::answer::play::Play;
 use crate::answer::proof::{self, Split, Stages};
+use crate::fit::bench::Member;
 use crate::fit::source::{Source, raw_columns, weighted};
 use crate::fit::story::Axis;
 use crate::noise::rows::Rows;
 use crate::nominal::Nominal;
 use crate::numbers::linear::{Cholesky, Symmetric, dot};
-use crate::numbers::statistics::rms;
 use crate::recording::side::{Moving, Side};
-use crate::report::{DataQuality, Holdout};
+use crate::report::{Carried, DataQuality, Holdout};
 use crate::search::found::Found;
 
 /// Scores, and residuals of the recordings that taught.
 pub(crate) struct Proof {
     pub(crate) holdout: Holdout,
-    /// Whether each member lowered the error on the scored rows; `None` where it says nothing about them.
-    pub(crate) carried: Vec<Option<bool>>,
+    /// How much of each member is there on the scored rows; `None` where they tell nothing of it.
+    pub(crate) carried: Vec<Option<Carried>>,
     /// Residuals on all rows that taught or were set aside.
     pub(crate) own: Stages,
     /// Scored rows that are averaged to one.
@@ -57,7 +58,7 @@ pub(crate) fn score(
         let scored = Rows::new(side.runs, &held, coarsest);
         let stages = scene.stages(side, split.crosses_runs)?;
         let score = proof::score(&stages, &scored, side.step_s() * scored.decimation() as f64, seed);
-        let carried = scene.carried(side, &stages, &scored, split.crosses_runs);
+        let carried = scene.carried(side, &stages, &scored, split.crosses_runs)?;
         let intervals_s = proof::intervals_s(side.runs, &split.held);
         let holdout = Holdout { description: split.description.clone(), intervals_s, ..score };
         return Ok(Proof { holdout, carried, own, averaged: scored.decimation() });
@@ -68,7 +69,7 @@ pub(crate) fn score(
     let scored = Rows::new(holdout, &other.compared, coarsest);
     let stages = scene.stages(&other, true)?;
     let score = proof::score(&stages, &scored, other.step_s() * scored.decimation() as f64, seed);
-    let carried = scene.carried(&other, &stages, &scored, true);
+    let carried = scene.carried(&other, &stages, &scored, true)?;
     let names: Vec<String> = holdout.iter().map(|run| run.name.clone()).collect();
     let all = vec![true; other.drag_n.len()];
     let description = format!("{} other recording(s): {}", holdout.len(), names.join(", "));
@@ -135,31 +136,41 @@ impl Scene<'_> {
         Some(contexts.iter().flat_map(carriers).map(|carriers| dot(&carriers, &mean)).collect())
     }
 
-    /// Whether the error would be larger without each member, everything else as it was found.
-    fn carried(&self, side: &Side<'_>, stages: &Stages, scored: &Rows, crosses: bool) -> Vec<Option<bool>> {
-        let after = scored.plain(&stages.after);
-        let members = self.found.members.iter().enumerate();
-        members
-            .map(|(at, member)| {
-                let force = match &member.candidate.source {
-                    Source::Shift { parameter } => {
-                        let mut values = self.found.with_shifts.clone();
-                        values[*parameter] = 0.0;
-                        let without = side.residual(self.nominal, &values).ok()?;
-                        without
-                            .iter()
-                            .zip(side.residual(self.nominal, &self.found.with_shifts).ok()?)
-                            .map(|(a, b)| a - b)
-                            .collect()
-                    }
-                    _ if self.is_elsewhere(at, crosses) => return None,
-                    _ => self.force(&side.contexts, at)?,
-                };
-                let force = scored.plain(&force);
-                let without: Vec<f64> = after.iter().zip(&force).map(|(after, force)| after + force).collect();
-                (rms(&force) > 0.0).then(|| rms(&after) < rms(&without))
-            })
-            .collect()
+    /// How much of each member is there, everything else as it was found.
+    fn carried(
+        &self,
+        side: &Side<'_>,
+        stages: &Stages,
+        scored: &Rows,
+        crosses: bool,
+    ) -> Result<Vec<Option<Carried>>, String> {
+        let found = self.found;
+        if found.members.is_empty() {
+            return Ok(Vec::new());
+        }
+        let of = |(at, member): (usize, &Member)| match &member.candidate.source {
+            Source::Shift { parameter } => self.force_of_shift(side, *parameter).ok(),
+            _ if self.is_elsewhere(at, crosses) => None,
+            _ => self.force(&side.contexts, at),
+        };
+        let forces: Vec<Option<Vec<f64>>> = found.members.iter().enumerate().map(of).collect();
+        let law = side.tangent(self.nominal, &found.with_shifts)?;
+        let all: Vec<Vec<f64>> = forces.iter().flatten().cloned().collect();
+        let scored = Scored::new(scored, &stages.after, &law, &all);
+        let share = |(member, force): (&Member, &Option<Vec<f64>>)| match &member.candidate.source {
+            Source::Shift { .. } => scored.share_of_shift(force.as_ref()?),
+            _ => scored.share(force.as_ref()?),
+        };
+        Ok(found.members.iter().zip(&forces).map(share).collect())
+    }
+
+    /// What a number of the law that is off does beside the others.
+    fn force_of_shift(&self, side: &Side<'_>, parameter: usize) -> Result<Vec<f64>, String> {
+        let mut values = self.found.with_shifts.clone();
+        values[parameter] = 0.0;
+        let without = side.residual(self.nominal, &values)?;
+        let with = side.residual(self.nominal, &self.found.with_shifts)?;
+        Ok(without.iter().zip(with).map(|(without, with)| without - with).collect())
     }
 }
 

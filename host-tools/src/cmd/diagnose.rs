@@ -167,6 +167,7 @@ fn summary(diagnosis: &Diagnosis) -> Result<(), Failure> {
             let (value, unit) = (significant(p.value, 5), with_space(&p.unit));
             writeln!(out, "                 {} = {value}{unit} ({low} to {high})", p.name)?;
         }
+        writeln!(out, "                 carried over: {}", diagnosed::carried_over(mechanism))?;
         if !mechanism.equivalents.is_empty() {
             writeln!(out, "                 not to be told from: {}", mechanism.equivalents.join(", "))?;
         }

@@ -2,7 +2,7 @@
 
 use diagnosis::report::{Diagnosis, Finding, Verdict};
 
-use super::AxisView;
+use super::{AxisView, carried_over};
 use crate::report::chart::Chart;
 use crate::report::number::{short, significant, with_space};
 use crate::report::page::Page;
@@ -121,11 +121,6 @@ fn causes(page: &mut Page, diagnosis: &Diagnosis) {
         .iter()
         .enumerate()
         .map(|(n, m)| {
-            let carried = match m.carried_over {
-                Some(true) => "yes",
-                Some(false) => "no",
-                None => "says nothing there",
-            };
             vec![
                 format!("{}", n + 1),
                 m.id.clone(),
@@ -133,7 +128,7 @@ fn causes(page: &mut Page, diagnosis: &Diagnosis) {
                 format!("{:.1} %", 100.0 * m.share_of_mismatch),
                 format!("{:.2}", m.confidence),
                 m.equivalents.join(", "),
-                carried.to_owned(),
+                carried_over(m),
                 m.statement.clone(),
             ]
         })
