@@ -12,7 +12,7 @@ use crate::beside::events;
 use crate::beside::ringing;
 use crate::beside::speed;
 use crate::calibration::{Calibrated, calibrate, unbound};
-use crate::fit::edges::Edges;
+use crate::fit::edges::{Edges, Ends, Skew};
 use crate::fit::rest::power;
 use crate::noise::rows::Rows;
 use crate::nominal::Nominal;
@@ -96,7 +96,9 @@ fn attempt(
         true => Split::of(runs),
         false => Split::none(runs.iter().map(Run::len).sum()),
     };
-    let edges = Edges::of(runs, &split(runs).held);
+    let ends = Ends::of(runs, &split(runs).held);
+    let edges = ends.as_ref().and_then(Edges::of);
+    quality.warnings.extend(ends.as_ref().and_then(Skew::of).map(|skew| skew.said()));
     let together = factor(runs);
     let (fewer, fewer_held) = (shorter(runs, together), shorter(holdout, together));
     let runs = fewer.as_deref().unwrap_or(runs);

@@ -84,20 +84,28 @@ pub(crate) struct Edges {
 
 /// One start or stop.
 struct Edge {
+    run: usize,
+    /// Time of its run.
+    at_s: f64,
     late_s: f64,
     tail_s: f64,
     /// Time in which the position goes from the first height to the second.
     ramp_s: f64,
 }
 
-impl Edges {
-    /// `None` where the runs do not rest often enough, or their force does not step there. Rows that are `held`
-    /// back (one entry a row of all runs) have no say.
+/// Starts and stops of all runs, and how many of each there are whose force may pass the middle more than once.
+pub(crate) struct Ends {
+    starts: (Vec<Edge>, usize),
+    stops: (Vec<Edge>, usize),
+    step_s: f64,
+}
+
+impl Ends {
+    /// `None` without a position. Rows that are `held` back (one entry a row of all runs) have no say.
     pub(crate) fn of(runs: &[Run], held: &[bool]) -> Option<Self> {
-        let (mut starts, mut stops) = (Vec::new(), Vec::new());
-        let mut seen = [0usize; 2];
+        let (mut starts, mut stops) = ((Vec::new(), 0), (Vec::new(), 0));
         let mut rest_of_held = held;
-        for run in runs {
+        for (number, run) in runs.iter().enumerate() {
             let (held, others) = rest_of_held.split_at(run.len().min(rest_of_held.len()));
             rest_of_held = others;
             let position = run.position_m.as_ref()?;
@@ -116,28 +124,43 @@ impl Edges {
                 }
                 let reversed = |values: &[f64]| values.iter().rev().copied().collect::<Vec<f64>>();
                 let (x_back, f_back) = (reversed(x), reversed(f));
+                let at_s = |row: usize| run.time_s[part.rows.start + row.min(x.len() - 1)];
                 for rest in rests {
                     if let Some(edge) = start(x, f, rest.clone(), step_s) {
-                        seen[0] += 1;
-                        starts.extend(edge);
+                        starts.1 += 1;
+                        starts.0.extend(edge.map(|edge| Edge { run: number, at_s: at_s(rest.end), ..edge }));
                     }
                     // a stop is a start in time reversed: late there is early here
                     let back = x.len() - rest.end..x.len() - rest.start;
                     if let Some(edge) = start(&x_back, &f_back, back, step_s) {
-                        seen[1] += 1;
-                        stops.extend(edge.map(|edge| Edge { late_s: -edge.late_s, ..edge }));
+                        stops.1 += 1;
+                        let of =
+                            |edge: Edge| Edge { run: number, at_s: at_s(rest.start), late_s: -edge.late_s, ..edge };
+                        stops.0.extend(edge.map(of));
                     }
                 }
             }
         }
-        let starts = alike(starts, seen[0])?;
-        let stops = alike(stops, seen[1])?;
+        let step_s = runs.iter().map(Run::step_s).find(|step| *step > 0.0)?;
+        Some(Ends { starts: (alike(starts.0), starts.1), stops: (alike(stops.0), stops.1), step_s })
+    }
+}
+
+impl Edges {
+    /// `None` where the runs do not rest often enough, or their force does not step there.
+    pub(crate) fn of(ends: &Ends) -> Option<Self> {
+        let is_clear =
+            |(edges, seen): &(Vec<Edge>, usize)| edges.len() >= FEWEST && edges.len() as f64 >= CLEAR * *seen as f64;
+        if !is_clear(&ends.starts) || !is_clear(&ends.stops) {
+            return None;
+        }
+        let (starts, stops, step_s) = (&ends.starts.0, &ends.stops.0, ends.step_s);
         // mean and its standard error
         let of = |edges: &[Edge], what: fn(&Edge) -> f64| {
             let values: Vec<f64> = edges.iter().map(what).collect();
             (mean(&values), scatter(&values) / (values.len() as f64).sqrt())
         };
-        let (start, stop) = (of(&starts, |edge| edge.late_s), of(&stops, |edge| edge.late_s));
+        let (start, stop) = (of(starts, |edge| edge.late_s), of(stops, |edge| edge.late_s));
         if start.1 > SURE_S || stop.1 > SURE_S {
             return None;
         }
@@ -146,9 +169,8 @@ impl Edges {
         if start.0 - stop.0 > ERRORS * start.1.hypot(stop.1) {
             return None;
         }
-        let unlike_s = 0.5 * (ramp(&starts)? - ramp(&stops)?).abs();
-        let tail = of(&stops, |edge| edge.tail_s);
-        let step_s = runs.iter().map(Run::step_s).find(|step| *step > 0.0)?;
+        let unlike_s = 0.5 * (ramp(starts)? - ramp(stops)?).abs();
+        let tail = of(stops, |edge| edge.tail_s);
         Some(Edges {
             late_s: 0.5 * (start.0 + stop.0),
             late_error_s: (0.5 * start.1.hypot(stop.1)).hypot(FILTERS_S) + unlike_s / ERRORS,
@@ -221,16 +243,88 @@ impl Edges {
     }
 }
 
+/// By how much starts, or stops, come later and later.
+struct Drift {
+    /// s/s.
+    rate: f64,
+    error: f64,
+    /// Longest time between two of a run, s.
+    seen_s: f64,
+}
+
+impl Drift {
+    /// ```text
+    /// late_k = late_r + rate (t_k - t_r)      r: run
+    /// ```
+    fn of(edges: &[Edge]) -> Option<Self> {
+        let (mut tt, mut tl, mut ll, mut freedom, mut seen_s) = (0.0, 0.0, 0.0, 0usize, 0.0f64);
+        for of_run in edges.chunk_by(|a, b| a.run == b.run) {
+            let at_s = mean(&of_run.iter().map(|edge| edge.at_s).collect::<Vec<_>>());
+            let late_s = mean(&of_run.iter().map(|edge| edge.late_s).collect::<Vec<_>>());
+            for edge in of_run {
+                let (t, late) = (edge.at_s - at_s, edge.late_s - late_s);
+                (tt, tl, ll) = (tt + t * t, tl + t * late, ll + late * late);
+            }
+            freedom += of_run.len() - 1;
+            seen_s = seen_s.max(of_run[of_run.len() - 1].at_s - of_run[0].at_s);
+        }
+        if freedom < FEWEST || !(tt > 0.0) {
+            return None;
+        }
+        let rate = tl / tt;
+        let variance = (ll - rate * tl).max(0.0) / (freedom - 1) as f64;
+        Some(Drift { rate, error: (variance / tt).sqrt(), seen_s })
+    }
+}
+
+/// How fast the clocks of force and position drift apart. Where rows fall, a start and the stop behind it share: both
+/// together are no surer than either.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Skew {
+    /// By how much the force falls behind, s/s.
+    rate: f64,
+    error: f64,
+    /// Time within which it was seen, s.
+    seen_s: f64,
+}
+
+impl Skew {
+    /// `None` where there is no drift of a row and more, or starts and stops tell another one each: then the force itself
+    /// comes later or sooner after a start.
+    pub(crate) fn of(ends: &Ends) -> Option<Self> {
+        let (starts, stops) = (Drift::of(&ends.starts.0)?, Drift::of(&ends.stops.0)?);
+        let (rate, error) = (0.5 * (starts.rate + stops.rate), 0.5 * (starts.error + stops.error));
+        let seen_s = starts.seen_s.min(stops.seen_s);
+        let is_one = (starts.rate - stops.rate).abs() < ERRORS * error;
+        let is_told = rate.abs() > SPEAKS * error && rate.abs() * seen_s > ends.step_s.max(SURE_S);
+        (is_one && is_told).then_some(Skew { rate, error, seen_s })
+    }
+
+    /// In words.
+    pub(crate) fn said(&self) -> String {
+        let Skew { rate, error, seen_s } = self;
+        format!(
+            "the clocks of force and position drift apart by {:.0} ± {:.0} ppm: within {seen_s:.0} s the force {} by \
+             {:.1} ms against the position",
+            1e6 * rate.abs(),
+            1e6 * error,
+            if *rate > 0.0 { "falls behind" } else { "runs ahead" },
+            1e3 * rate.abs() * seen_s
+        )
+    }
+}
+
 /// Rows of a window.
 fn window(step_s: f64) -> usize {
     ((WINDOW_S / step_s) as usize).max(WINDOW_ROWS)
 }
 
-/// Those without outliers; `None` where too few of what was seen are left.
-fn alike(mut edges: Vec<Edge>, seen: usize) -> Option<Vec<Edge>> {
-    let (middle, scatter) = level(&edges.iter().map(|edge| edge.late_s).collect::<Vec<_>>())?;
-    edges.retain(|edge| (edge.late_s - middle).abs() <= (OUTLYING * scatter).max(OUTLYING_S));
-    (edges.len() >= FEWEST && edges.len() as f64 >= CLEAR * seen as f64).then_some(edges)
+/// Those without outliers.
+fn alike(mut edges: Vec<Edge>) -> Vec<Edge> {
+    if let Some((middle, scatter)) = level(&edges.iter().map(|edge| edge.late_s).collect::<Vec<_>>()) {
+        edges.retain(|edge| (edge.late_s - middle).abs() <= (OUTLYING * scatter).max(OUTLYING_S));
+    }
+    edges
 }
 
 /// Rests of a part: rows over which the position moves hardly more than where it moves least.
@@ -291,6 +385,8 @@ fn start(x: &[f64], f: &[f64], rest: std::ops::Range<usize>, step_s: f64) -> Opt
     let (Some(passed), None) = (passes.next(), passes.next()) else { return Some(None) };
     let tail: f64 = (from..passed).map(moved).sum();
     Some(Some(Edge {
+        run: 0,
+        at_s: 0.0,
         late_s: (passed as f64 - at as f64) * step_s,
         tail_s: tail * step_s,
         ramp_s: (farther - at) as f64 * step_s,
@@ -355,8 +451,12 @@ mod tests {
         run
     }
 
+    fn ends(run: &Run) -> Option<Ends> {
+        Ends::of(std::slice::from_ref(run), &vec![false; run.len()])
+    }
+
     fn of(run: Run) -> Option<Edges> {
-        Edges::of(std::slice::from_ref(&run), &vec![false; run.len()])
+        Edges::of(&ends(&run)?)
     }
 
     fn source(id: Id, shape: &[f64]) -> Source {
@@ -396,6 +496,24 @@ mod tests {
         assert!(
             !filtered.allow(&source(Id::TimeMisalignment, &[])) && !filtered.allow(&source(Id::FrictionalLag, &[0.01]))
         );
+    }
+
+    #[test]
+    fn clocks_that_drift_apart_are_told_from_a_force_that_is_late() {
+        for (late_s, ppm) in [(0.0, 0.0), (4e-3, 0.0), (0.0, 300.0), (-3e-3, -300.0), (0.0, 500.0)] {
+            let mut run = strokes(late_s, 0.0, 0.0);
+            // the force at t is what it was when its own clock read t
+            let force = run.drag_force_n.clone();
+            for (n, f) in run.drag_force_n.iter_mut().enumerate() {
+                let at = n as f64 * (1.0 - 1e-6 * ppm);
+                let (k, part) = (at.floor() as usize, at.fract());
+                *f = force[k.min(force.len() - 1)] * (1.0 - part) + force[(k + 1).min(force.len() - 1)] * part;
+            }
+            let skew = Skew::of(&ends(&run).expect("it rests and starts"));
+            let (found_ppm, error_ppm) = skew.map_or((0.0, 0.0), |skew| (1e6 * skew.rate, 1e6 * skew.error));
+            assert!((found_ppm - ppm).abs() <= 3.0 * error_ppm, "{found_ppm} ppm for {ppm}: {skew:?}");
+            assert!(error_ppm < 0.2 * ppm.abs() || ppm == 0.0, "{skew:?}");
+        }
     }
 
     #[test]
