@@ -64,12 +64,12 @@ impl Verdict {
     }
 }
 
-/// Errors on rows that no step of the search has seen.
+/// Errors on rows that no step of the search has seen; all 0 where there is none that can be compared.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Holdout {
     /// Which rows, in words.
     pub description: String,
-    /// Which rows, s from the first row of the run.
+    /// Which rows, s from the first row of the run; empty where nothing is scored.
     pub intervals_s: Vec<[f64; 2]>,
     /// The simulation as given, N.
     pub rmse_before_n: f64,
@@ -79,6 +79,13 @@ pub struct Holdout {
     pub rmse_after_n: f64,
     /// 95 % interval of `1 - rmse_after/rmse_calibrated`.
     pub improvement_ci95: [f64; 2],
+}
+
+impl Holdout {
+    /// Whether anything is scored.
+    pub fn is_scored(&self) -> bool {
+        !self.intervals_s.is_empty()
+    }
 }
 
 /// A region of an axis in which the mismatch lies.

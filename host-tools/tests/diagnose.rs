@@ -90,6 +90,9 @@ fn seals_that_were_left_out_are_named_modelled_and_found_once() {
     assert_eq!(first["id"], "seal-drag", "{found:#}");
     let error = |stage: &str| found["holdout"][stage].as_f64().unwrap();
     assert!(error("rmse_after_n") < 0.35 && error("rmse_calibrated_n") > 0.5, "{found:#}");
+    let there = &first["on_holdout"]["ci95"];
+    let holds_one = there[0].as_f64().unwrap() < 1.0 && there[1].as_f64().unwrap() > 1.0;
+    assert!(first["carried_over"] == true && holds_one, "{first:#}");
     assert!(fs::read_to_string(page).unwrap().contains("seal-drag"));
 
     // the file that knows it leaves nothing to be found
@@ -138,6 +141,35 @@ fn a_holdout_that_the_search_has_seen_is_refused() {
         assert_eq!(status, Some(2), "{held}: {stderr}");
         assert!(stderr.contains(&format!("--holdout {held}: holds the rows of {searched}")), "{stderr}");
     }
+}
+
+/// An error of rows that cannot be compared is no number.
+#[test]
+fn a_holdout_at_rest_scores_nothing() {
+    let folder = folder("rest");
+    let simulation = folder.join("sim.toml");
+    fs::write(&simulation, SIMULATION).unwrap();
+    let concealed = format!("{SIMULATION}[[mechanism]]\nid = \"seal-drag\"\ndrag_n = 2.5\n");
+    let (run, other) = (record(&folder, &concealed, "2"), record(&folder, &concealed, "3"));
+    let lines = fs::read_to_string(&other).unwrap();
+    let names: Vec<&str> = lines.lines().next().unwrap().split(',').collect();
+    let at_rest = |(n, line): (usize, &str)| {
+        let cells = names.iter().zip(line.split(',')).map(|(name, cell)| match *name {
+            "position_m" if n > 0 => "0.5",
+            "velocity_m_s" | "acceleration_m_s2" if n > 0 => "0",
+            _ => cell,
+        });
+        cells.collect::<Vec<_>>().join(",") + "\n"
+    };
+    let still = folder.join("still.csv").display().to_string();
+    fs::write(&still, lines.lines().enumerate().map(at_rest).collect::<String>()).unwrap();
+    let (_, found, stderr) = diagnose(&[&run], &simulation, &["--holdout", &still]);
+    let holdout = &found["holdout"];
+    assert_eq!(found["mechanisms"][0]["id"], "seal-drag", "{found:#} {stderr}");
+    assert!(holdout["intervals_s"].as_array().unwrap().is_empty() && holdout["rmse_after_n"] == 0.0, "{holdout:#}");
+    assert_eq!(found["mechanisms"][0]["on_holdout"], Value::Null, "{found:#}");
+    let warnings = found["data_quality"]["warnings"].to_string();
+    assert!(warnings.contains("nothing is scored there"), "{warnings}");
 }
 
 #[test]

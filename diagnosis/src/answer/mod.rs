@@ -148,6 +148,9 @@ fn of_members(
 /// What speaks against the augmented simulation, or against the numbers of the proof.
 fn warn(found: &Found<'_>, proof: &Proof, warnings: &mut Vec<String>) {
     let held = &proof.holdout;
+    if !held.is_scored() {
+        warnings.push("no row that was set aside can be compared: nothing is scored there".to_owned());
+    }
     let is_worse =
         held.improvement_ci95[1] < 0.0 || held.rmse_after_n > WORSE * held.rmse_before_n.min(held.rmse_calibrated_n);
     if !found.members.is_empty() && is_worse {

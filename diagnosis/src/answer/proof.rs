@@ -106,14 +106,18 @@ pub(crate) struct Stages {
     pub(crate) after: Vec<f64>,
 }
 
-/// Scores the stages on these rows, `step_s` apart.
-pub(crate) fn score(stages: &Stages, rows: &Rows, step_s: f64, seed: u64) -> Holdout {
+/// Scores the stages on these rows, `step_s` apart, which are those of `intervals_s`. Without rows nothing is scored.
+pub(crate) fn score(stages: &Stages, rows: &Rows, intervals_s: Vec<[f64; 2]>, step_s: f64, seed: u64) -> Holdout {
+    if rows.len() == 0 {
+        return Holdout::default();
+    }
     let (calibrated, after) = (rows.plain(&stages.calibrated), rows.plain(&stages.after));
     Holdout {
         rmse_before_n: rms(&rows.plain(&stages.before)),
         rmse_calibrated_n: rms(&calibrated),
         rmse_after_n: rms(&after),
         improvement_ci95: interval(&calibrated, &after, step_s, seed),
+        intervals_s,
         ..Holdout::default()
     }
 }

@@ -57,10 +57,10 @@ pub(crate) fn score(
         let held: Vec<bool> = side.compared.iter().zip(&split.held).map(|(c, held)| *c && *held).collect();
         let scored = Rows::new(side.runs, &held, coarsest);
         let stages = scene.stages(side, split.crosses_runs)?;
-        let score = proof::score(&stages, &scored, side.step_s() * scored.decimation() as f64, seed);
-        let carried = scene.carried(side, &stages, &scored, split.crosses_runs)?;
         let intervals_s = proof::intervals_s(side.runs, &split.held);
-        let holdout = Holdout { description: split.description.clone(), intervals_s, ..score };
+        let score = proof::score(&stages, &scored, intervals_s, side.step_s() * scored.decimation() as f64, seed);
+        let carried = scene.carried(side, &stages, &scored, split.crosses_runs)?;
+        let holdout = Holdout { description: split.description.clone(), ..score };
         return Ok(Proof { holdout, carried, own, averaged: scored.decimation() });
     }
     let moving = Moving::of(holdout);
@@ -68,12 +68,12 @@ pub(crate) fn score(
     let other = Side::new(simulation, nominal, &at, moving.parts(), side.is_averaged, &mut DataQuality::default())?;
     let scored = Rows::new(holdout, &other.compared, coarsest);
     let stages = scene.stages(&other, true)?;
-    let score = proof::score(&stages, &scored, other.step_s() * scored.decimation() as f64, seed);
+    let intervals_s = proof::intervals_s(holdout, &vec![true; other.drag_n.len()]);
+    let score = proof::score(&stages, &scored, intervals_s, other.step_s() * scored.decimation() as f64, seed);
     let carried = scene.carried(&other, &stages, &scored, true)?;
     let names: Vec<String> = holdout.iter().map(|run| run.name.clone()).collect();
-    let all = vec![true; other.drag_n.len()];
     let description = format!("{} other recording(s): {}", holdout.len(), names.join(", "));
-    let holdout = Holdout { description, intervals_s: proof::intervals_s(holdout, &all), ..score };
+    let holdout = Holdout { description, ..score };
     Ok(Proof { holdout, carried, own, averaged: scored.decimation() })
 }
 
@@ -145,8 +145,8 @@ impl Scene<'_> {
         crosses: bool,
     ) -> Result<Vec<Option<Carried>>, String> {
         let found = self.found;
-        if found.members.is_empty() {
-            return Ok(Vec::new());
+        if found.members.is_empty() || scored.len() == 0 {
+            return Ok(vec![None; found.members.len()]);
         }
         let of = |(at, member): (usize, &Member)| match &member.candidate.source {
             Source::Shift { parameter } => self.force_of_shift(side, *parameter).ok(),

@@ -178,14 +178,16 @@ fn summary(diagnosis: &Diagnosis) -> Result<(), Failure> {
     }
     let holdout = &diagnosis.holdout;
     writeln!(out, "set aside        {}", holdout.description)?;
-    writeln!(
-        out,
-        "error there      {} N as given, {} N calibrated, {} N with what was found; noise {} N",
-        significant(holdout.rmse_before_n, 4),
-        significant(holdout.rmse_calibrated_n, 4),
-        significant(holdout.rmse_after_n, 4),
-        significant(diagnosis.noise_floor_n, 4)
-    )?;
+    if holdout.is_scored() {
+        writeln!(
+            out,
+            "error there      {} N as given, {} N calibrated, {} N with what was found; noise {} N",
+            significant(holdout.rmse_before_n, 4),
+            significant(holdout.rmse_calibrated_n, 4),
+            significant(holdout.rmse_after_n, 4),
+            significant(diagnosis.noise_floor_n, 4)
+        )?;
+    }
     if let Some(next) = &diagnosis.next_experiment {
         writeln!(out, "next             {}: {}", next.code, next.text)?;
         if let Some(promise) = next.promise() {

@@ -70,10 +70,11 @@ fn score(page: &mut Page, diagnosis: &Diagnosis) {
     let h = &diagnosis.holdout;
     page.heading("Does it fit better?");
     page.prose(&format!("Scored on rows that no step of the search has seen: {}.", h.description));
+    let error = |of_n: f64| if h.is_scored() { newtons(of_n) } else { "not scored".to_owned() };
     let rows = vec![
-        vec!["the simulation as given".to_owned(), newtons(h.rmse_before_n)],
-        vec!["its own parameters moved within their tolerance".to_owned(), newtons(h.rmse_calibrated_n)],
-        vec!["with what was found".to_owned(), newtons(h.rmse_after_n)],
+        vec!["the simulation as given".to_owned(), error(h.rmse_before_n)],
+        vec!["its own parameters moved within their tolerance".to_owned(), error(h.rmse_calibrated_n)],
+        vec!["with what was found".to_owned(), error(h.rmse_after_n)],
         vec!["noise that repeats nowhere".to_owned(), newtons(diagnosis.noise_floor_n)],
     ];
     page.table(&["", "root of the mean squared error (N)"], &rows);
@@ -81,12 +82,11 @@ fn score(page: &mut Page, diagnosis: &Diagnosis) {
     if let Some(why) = of_no_interest(diagnosis) {
         page.prose(&format!("Nothing is named: {why}."));
     }
-    page.prose(&format!(
-        "Error removed: {:.1} to {:.1} % (95 %). Probability of such a mismatch by chance: {:.1e}.",
-        100.0 * low,
-        100.0 * high,
-        diagnosis.p_no_mismatch
-    ));
+    let removed = match h.is_scored() {
+        true => format!("Error removed: {:.1} to {:.1} % (95 %). ", 100.0 * low, 100.0 * high),
+        false => String::new(),
+    };
+    page.prose(&format!("{removed}Probability of such a mismatch by chance: {:.1e}.", diagnosis.p_no_mismatch));
 }
 
 fn considered(page: &mut Page, diagnosis: &Diagnosis) {
