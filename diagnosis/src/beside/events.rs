@@ -60,9 +60,8 @@ const RESOLVED: f64 = 3.0;
 const FEW: usize = 6;
 const SPREAD: f64 = 0.3;
 
-/// Slope of the logarithm of length over that of speed: 0 for one length, 1 for one duration. That a spot has several
-/// rows makes it larger.
-const LIKE_DURATION: f64 = 0.7;
+/// Slope of the logarithm of length over that of speed: 0 for one length, 1 for one duration.
+const LIKE_DURATION: f64 = 0.5;
 
 /// Lengths of a spot to either side that it still reaches into, and rows, at least.
 const REACH: f64 = 2.0;
@@ -272,19 +271,20 @@ fn is_of_duration(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize) -> b
     ahead < 0.0 || line(&speeds.iter().copied().zip(own).collect::<Vec<_>>()).1 > LIKE_DURATION
 }
 
-/// Logarithms of speed and of length, of the spots that last for several rows.
+/// Logarithms of speed and of length, of the spots at speeds at which the best length lasts for several rows. Speed alone
+/// chooses: of fast ones, only those that noise makes long would pass a look at their own rows, and length would seem to
+/// grow with speed.
 fn resolved(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize) -> Vec<(f64, f64)> {
-    let mut resolved = Vec::new();
-    for (track, n) in &lengths[best].1.braking {
-        let at = &tracks[*track];
-        let score = |pulses: &Pulses| pulses.scores[*track][*n];
-        if let Some((length_m, _)) = lengths.iter().max_by(|a, b| score(&a.1).total_cmp(&score(&b.1)))
-            && length_m / (at.speed_m_s[*n] * at.step_s) >= RESOLVED
-        {
-            resolved.push((at.speed_m_s[*n].ln(), length_m.ln()));
-        }
-    }
-    resolved
+    let (best_m, spots) = &lengths[best];
+    let speed = |(track, n): &(usize, usize)| tracks[*track].speed_m_s[*n];
+    let is_resolved = |spot: &&(usize, usize)| *best_m >= RESOLVED * speed(spot) * tracks[spot.0].step_s;
+    spots.braking.iter().filter(is_resolved).map(|spot| (speed(spot).ln(), own_length_m(lengths, *spot).ln())).collect()
+}
+
+/// Length at which a spot stands out most, m.
+fn own_length_m(lengths: &[(f64, Pulses)], (track, n): (usize, usize)) -> f64 {
+    let score = |pulses: &Pulses| pulses.scores[track][n];
+    lengths.iter().max_by(|a, b| score(&a.1).total_cmp(&score(&b.1))).map_or(0.0, |(length_m, _)| *length_m)
 }
 
 /// Whether what brakes is met again where the block passes its place again.
@@ -316,8 +316,8 @@ fn described(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize, p: f64, l
     let count = spots.braking.len() as f64;
     let against: Vec<f64> = side.contexts.iter().flat_map(|context| &context.steady.direction).copied().collect();
     let mut of_spots_m: Vec<f64> = resolved(tracks, lengths, best).into_iter().map(|(_, length)| length).collect();
-    if of_spots_m.is_empty() {
-        of_spots_m.push(length_m.ln());
+    if of_spots_m.len() < FEW {
+        of_spots_m = spots.braking.iter().map(|spot| own_length_m(lengths, *spot).ln()).collect();
     }
     let (mut heights_n, mut travel_m) = (Vec::new(), 0.0);
     let mut squares_n2 = 0.0;
