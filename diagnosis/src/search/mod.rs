@@ -277,17 +277,18 @@ fn short_list(
     tolerances: &Tolerances<'_>,
     members: &[Member],
 ) -> Vec<(Candidate, Gain)> {
-    let order = pool.ranked_causes(bench, fit, tolerances);
+    let mut order = pool.ranked_causes(bench, fit, tolerances);
+    // what a member leaves of its own kind does not take part
+    order.retain(|(index, _)| {
+        !members.iter().any(|m| {
+            is_twin(&m.candidate.source, &pool.causes[*index].source, tolerances)
+                || is_order(&m.candidate.source, &pool.causes[*index].source, pool.span_m)
+        })
+    });
     let leading = order.first().map_or(0.0, |(_, gain)| gain.score);
     let mut list: Vec<(Candidate, Gain)> = order
         .into_iter()
-        .filter(|(index, gain)| {
-            gain.score > 0.5 * leading
-                && !members.iter().any(|m| {
-                    is_twin(&m.candidate.source, &pool.causes[*index].source, tolerances)
-                        || is_order(&m.candidate.source, &pool.causes[*index].source, pool.span_m)
-                })
-        })
+        .filter(|(_, gain)| gain.score > 0.5 * leading)
         .scan(0, |physics, (index, gain)| {
             *physics += usize::from(!matches!(pool.causes[index].source, Source::Shift { .. }));
             Some((*physics, index, gain))
