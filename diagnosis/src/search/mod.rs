@@ -103,10 +103,15 @@ pub(crate) struct Found {
 /// Whether both locks open. What shows in a few blocks only (the fast run, the one warm-up) scatters between blocks and
 /// never opens the second; there the first one must leave no doubt.
 pub(crate) fn is_open(locks: &Locks, kinds: usize, points: usize) -> bool {
-    let level = (kinds.max(1) as f64 / ALPHA).ln();
+    let level = level(kinds);
     let ln_e = locks.ln_e - (points.max(1) as f64).ln();
     (ln_e > level && (-locks.p.ln() > level || (ln_e > BEYOND_NOISE && locks.p < 0.25)))
         || (LESS * ln_e > level && -locks.p.ln() > MORE * level)
+}
+
+/// Logarithm of evidence at which a lock opens for one of so many causes.
+fn level(kinds: usize) -> f64 {
+    (kinds.max(1) as f64 / ALPHA).ln()
 }
 
 /// p-value of what opened both locks, the best of `kinds` causes at `points` values.
@@ -187,8 +192,7 @@ fn holds(bench: &Bench<'_>, pool: &Pool, candidate: &Candidate, gain: &Gain, mem
         && (!is_tiny || shows_beside_leavings(bench, pool, candidate, gain, members))
 }
 
-/// Whether a cause is real beside what the forms of others may leave, too. What a table along the rail follows is not: those
-/// few polynomials do not.
+/// Whether a cause is real beside what the forms of others may leave, too.
 pub(crate) fn shows_beside_leavings(
     bench: &Bench<'_>,
     pool: &Pool,
@@ -196,13 +200,37 @@ pub(crate) fn shows_beside_leavings(
     gain: &Gain,
     members: &[Member],
 ) -> bool {
+    locks_beside_leavings(bench, candidate, gain, members)
+        .is_some_and(|locks| is_open(&locks, pool.kinds, pool.points_of(&candidate.source)))
+}
+
+/// Whether a cause whose size is not the same throughout is real beside the leavings: block for block it must be so surer.
+fn is_sure_beside_leavings(
+    bench: &Bench<'_>,
+    pool: &Pool,
+    candidate: &Candidate,
+    gain: &Gain,
+    members: &[Member],
+) -> bool {
+    locks_beside_leavings(bench, candidate, gain, members).is_some_and(|locks| {
+        is_open(&locks, pool.kinds, pool.points_of(&candidate.source)) && -locks.p.ln() > MORE * level(pool.kinds)
+    })
+}
+
+/// The locks of a cause beside what the forms of others may leave. What a table along the rail follows has none: those few
+/// polynomials do not.
+fn locks_beside_leavings(
+    bench: &Bench<'_>,
+    candidate: &Candidate,
+    gain: &Gain,
+    members: &[Member],
+) -> Option<Locks> {
     if candidate.source.is_phase_bound() {
-        return false;
+        return None;
     }
     let larger = members.iter().filter(|member| may_leave(member, candidate));
     let leavings = leavings::columns(bench, &bench.fit_members(members), larger);
-    let locks = bench.locks_beside(candidate, gain, members, &leavings);
-    is_open(&locks, pool.kinds, pool.points_of(&candidate.source))
+    Some(bench.locks_beside(candidate, gain, members, &leavings))
 }
 
 /// Drops, the weakest first, members that do not hold beside the others.
@@ -214,7 +242,8 @@ fn prune(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>, floor: Floor
                 let fails = !holds(bench, pool, &own, &gain, &others, floor)
                     || (is_small(bench, &own, &gain, &others)
                         && !bench.is_spoken_for(&own.source)
-                        && !adequacy::is_even(bench, members, at));
+                        && !adequacy::is_even(bench, members, at)
+                        && !is_sure_beside_leavings(bench, pool, &own, &gain, &others));
                 fails.then_some((at, gain.nats))
             })
             .min_by(|a, b| a.1.total_cmp(&b.1));

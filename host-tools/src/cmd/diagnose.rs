@@ -172,6 +172,10 @@ fn summary(diagnosis: &Diagnosis) -> Result<(), Failure> {
             writeln!(out, "                 not to be told from: {}", mechanism.equivalents.join(", "))?;
         }
     }
+    let left = &diagnosis.unexplained;
+    if !diagnosis.mechanisms.is_empty() && left.share_of_mismatch > 0.0 {
+        writeln!(out, "{:5.1} %          left over: {}", 100.0 * left.share_of_mismatch, left.signature)?;
+    }
     for region in &diagnosis.regions {
         let [from, to, unit] = [short(region.from, 4), short(region.to, 4), with_space(region.unit)];
         writeln!(out, "where            {} {from} to {to}{unit}", region.axis)?;
