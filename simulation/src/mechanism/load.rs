@@ -109,15 +109,23 @@ pub(super) const MOMENT_LOAD: Definition = Definition {
             name: "minimal",
             shape: &[],
             amplitudes: &[at_most("preload_at_100_n", "", Positive, 0.05, MOST_BY_MOMENT)],
-            columns: |context, _| shown(vec![moment(context, 0.0)]),
+            columns: |context, _| shown(vec![moment(context, 0.0, OWN_STIFFNESS)]),
             phase_bound: false,
             equation: "F = preload_at_100_n·(F_law/100 N)²·(Q/150 N)^-2·dF_law/dlnF_p: the drive pulls above or below the rail",
+        },
+        Form {
+            name: "yielding-mount",
+            shape: &[],
+            amplitudes: &[at_most("preload_at_100_n", "", Positive, 0.05, MOST_BY_MOMENT)],
+            columns: |context, _| shown(vec![moment(context, 0.0, YIELDING_MOUNT)]),
+            phase_bound: false,
+            equation: "as minimal with (Q/150 N)^(-4/3): what the rail and the table stand on gives way, and not the block",
         },
         Form {
             name: "table",
             shape: &[steps("mass_kg", "kg", -200.0, 200.0, 11)],
             amplitudes: &[at_most("preload_at_100_n", "", Positive, 0.05, MOST_BY_MOMENT)],
-            columns: |context, shape| shown(vec![moment(context, *shape.first()?)]),
+            columns: |context, shape| shown(vec![moment(context, *shape.first()?, OWN_STIFFNESS)]),
             phase_bound: false,
             equation: "as minimal with (F_law + mass·a) for F_law: the inertia of a mass above the rail tilts it as well",
         },
@@ -130,16 +138,23 @@ pub(super) const MOMENT_LOAD: Definition = Definition {
     simplicity: 6,
 };
 
+/// Powers of the load per ball by which the rise falls: where the block's own contacts hold it against the moment, and where
+/// the angle is that of what they stand on.
+///
 /// ```text
-/// tilt ∝ moment·Q^(-1/3), interference D ∝ Q^(2/3)  ->  (tilt/D)² ∝ (moment/Q)²
+/// own contacts    tilt ∝ moment·Q^(-1/3), interference D ∝ Q^(2/3)  ->  (tilt/D)² ∝ moment²·Q^-2
+/// their mount     tilt ∝ moment                                     ->  (tilt/D)² ∝ moment²·Q^(-4/3)
 /// ```
-fn moment(context: &Context<'_>, mass_kg: f64) -> Vec<f64> {
+const OWN_STIFFNESS: f64 = 2.0;
+const YIELDING_MOUNT: f64 = 4.0 / 3.0;
+
+fn moment(context: &Context<'_>, mass_kg: f64, falls_with_load: f64) -> Vec<f64> {
     let by_load = context.by_load_n();
     let (force, a) = (&context.steady.force_n, &context.motion.acceleration_m_s2);
     let of = |n: usize| {
         let inertia = if a[n].is_finite() { mass_kg * a[n] } else { 0.0 };
-        let share = (force[n] + inertia) / 100.0 / context.relative_load(n).max(1e-3);
-        by_load[n] * share * share
+        let share = (force[n] + inertia) / 100.0;
+        by_load[n] * share * share * libm::pow(context.relative_load(n).max(1e-3), -falls_with_load)
     };
     context.rows(of)
 }
