@@ -20,24 +20,11 @@ pub(crate) fn whiteness(bench: &Bench<'_>, fit: &Fit) -> f64 {
 
 /// Shares of the causes: what each adds to the force that all explain together beyond the law's parameters.
 pub(crate) fn shares(rows: &Rows, tangent: &[Vec<f64>], forces: &[Vec<f64>], explained: f64) -> Vec<f64> {
-    let (plain, sum) = together(rows, tangent, forces);
+    let plain: Vec<Vec<f64>> = forces.iter().map(|force| beyond(rows, tangent, force)).collect();
+    let sum: Vec<f64> = (0..rows.len()).map(|n| plain.iter().map(|force| force[n]).sum()).collect();
     let parts: Vec<f64> = plain.iter().map(|force| dot(force, &sum).max(1e-3 * dot(force, force))).collect();
     let total: f64 = parts.iter().sum();
     parts.iter().map(|part| if total > 0.0 { explained * part / total } else { 0.0 }).collect()
-}
-
-/// Power of each cause's own force over that of all together.
-pub(crate) fn sizes(rows: &Rows, tangent: &[Vec<f64>], forces: &[Vec<f64>]) -> Vec<f64> {
-    let (plain, sum) = together(rows, tangent, forces);
-    let total = dot(&sum, &sum);
-    plain.iter().map(|force| if total > 0.0 { dot(force, force) / total } else { 0.0 }).collect()
-}
-
-/// Every force beyond the law's parameters, and their sum.
-fn together(rows: &Rows, tangent: &[Vec<f64>], forces: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<f64>) {
-    let plain: Vec<Vec<f64>> = forces.iter().map(|force| beyond(rows, tangent, force)).collect();
-    let sum = (0..rows.len()).map(|n| plain.iter().map(|force| force[n]).sum()).collect();
-    (plain, sum)
 }
 
 /// Compared rows of a force, without what the law's parameters imitate.

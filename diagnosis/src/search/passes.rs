@@ -3,7 +3,7 @@
 use crate::calibration::{moved, shifted, way};
 use crate::fit::bench::{Bench, Beside, Member, causes};
 use crate::fit::pool::{Pool, Tolerances};
-use crate::fit::rest::{noise_rms, shares, sizes, whiteness};
+use crate::fit::rest::{noise_rms, shares, whiteness};
 use crate::noise::locks::least_of;
 use crate::noise::rows::Rows;
 use crate::numbers::statistics::rms;
@@ -153,19 +153,14 @@ fn drop_small(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>) {
         let forces: Vec<Vec<f64>> =
             members.iter().zip(&amplitudes).map(|(member, x)| bench.force(&member.candidate.source, x)).collect();
         let shares = shares(&bench.rows, &bench.tangent, &forces, 1.0);
-        let sizes = sizes(&bench.rows, &bench.tangent, &forces);
         let least = |at: usize| {
             if bench.is_spoken_for(&members[at].candidate.source) {
                 return 0.0;
             }
             let Beside { others, own, gain, .. } = bench.beside(members, at);
-            let is_small = search::is_small(bench, &own, &gain, &others);
-            // what opposes the others has no share, however large it is
-            if !is_small && sizes[at] > LEAST_SHARE_OF_SMALL {
-                return 0.0;
-            }
-            let is_lost = is_small && !search::shows_beside_leavings(bench, pool, &own, &gain, &others);
-            if is_lost { LEAST_SHARE_OF_SMALL } else { LEAST_SHARE }
+            let is_small = search::is_small(bench, &own, &gain, &others)
+                && !search::shows_beside_leavings(bench, pool, &own, &gain, &others);
+            if is_small { LEAST_SHARE_OF_SMALL } else { LEAST_SHARE }
         };
         let smallest = (0..members.len()).min_by(|a, b| shares[*a].total_cmp(&shares[*b]));
         match smallest.filter(|at| shares[*at] < least(*at)) {
