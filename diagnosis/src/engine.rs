@@ -9,6 +9,7 @@ use crate::answer::play::Play;
 use crate::answer::proof::Split;
 use crate::answer::scores;
 use crate::beside::events;
+use crate::beside::gap::gap;
 use crate::beside::ringing;
 use crate::beside::speed;
 use crate::calibration::{Calibrated, calibrate, unbound};
@@ -163,7 +164,11 @@ fn attempt(
     let given = Given { simulation, nominal, ringing: pointed, edges, step_n };
     let case = Case { given, side: &side, training: &training, saturation: &saturation, seen_from_m: 0.0 };
     let mut found = searched(&case, &rows, &law_only)?;
-    let play = Play::of(nominal, &side, &training, &found);
+    let mut play = Play::of(nominal, &side, &training, &found);
+    if play.is_none() && !side.is_averaged && coarsest == 1 {
+        let gap = gap(&side, &side.force(nominal, &law_only)?);
+        play = gap.map(|gap| Play::shown(&side, &gap));
+    }
     let seen_from_m = play.as_ref().map_or(0.0, Play::edge_m);
     if let Some(play) = &play {
         play.set_aside(&side, &mut training);

@@ -3,6 +3,7 @@
 use simulation::mechanism::{Id, Search, definition};
 
 use crate::beside::events::{Number, Spots};
+use crate::beside::gap::Gap;
 use crate::beside::ringing::Heard;
 use crate::fit::bench::{Bench, Beside, Fit, Member};
 use crate::fit::source::Source;
@@ -89,6 +90,15 @@ pub(crate) fn resonance(heard: &Heard, share: f64) -> Finding {
     let mut finding = shown(Id::StructuralResonance, ("frequency_hz", heard.hz, "Hz"), share);
     for estimate in &mut finding.parameters {
         estimate.ci95 = [heard.hz - heard.half_width_hz, heard.hz + heard.half_width_hz];
+    }
+    finding
+}
+
+/// Play that the force shows around reversals.
+pub(crate) fn play(gap: &Gap) -> Finding {
+    let mut finding = shown(Id::CouplingBacklash, ("gap_m", gap.gap_m, "m"), 0.0);
+    for estimate in &mut finding.parameters {
+        estimate.ci95 = gap.ci95_m;
     }
     finding
 }

@@ -4,10 +4,11 @@
 //! the rows resolve, and every row on the wrong side is off by the whole drag: a handful of them outweighs all else. Once
 //! play is found, the rows up to its edge are set aside, and the search looks at the others.
 
-use simulation::mechanism::{Added, Context, Id};
+use simulation::mechanism::{Added, Context, Id, definition};
 
-use crate::answer::finding::finding;
+use crate::answer::finding::{finding, play};
 use crate::answer::region::region;
+use crate::beside::gap::Gap;
 use crate::fit::source::{Source, added, raw_columns, weighted};
 use crate::nominal::Nominal;
 use crate::recording::side::Side;
@@ -49,6 +50,24 @@ impl Play {
             source,
             amplitudes,
         })
+    }
+
+    /// What the force shows of a smaller one, around the reversals that are not compared.
+    pub(crate) fn shown(side: &Side<'_>, gap: &Gap) -> Self {
+        let source =
+            Source::Mechanism { definition: definition(Id::CouplingBacklash), form: 0, shape: vec![gap.gap_m] };
+        let amplitudes = vec![1.0];
+        let columns = raw_columns(&source, &side.contexts);
+        let force = columns.map(|columns| weighted(&columns, &amplitudes)).unwrap_or_default();
+        let is_told: Vec<bool> = force.iter().map(|force| force.is_finite()).collect();
+        Play {
+            squares_n2: force.iter().filter(|force| force.is_finite()).map(|force| force * force).sum(),
+            finding: play(gap),
+            region: region(side, &is_told, &source, &force, 0.0, Id::CouplingBacklash.name()),
+            p: gap.p,
+            source,
+            amplitudes,
+        }
     }
 
     /// Travel since the force has turned from which on all of it arrives, m.

@@ -5,10 +5,12 @@
 //! ringing      a structure that rings, taken for noise; spectra: what stands out at every speed
 //! events       spots that no form of the library has a place for; pulses: what finds them
 //! bursts       what brakes for tenths of a second
+//! gap          play of a few micrometres
 //! ```
 
 pub(crate) mod bursts;
 pub(crate) mod events;
+pub(crate) mod gap;
 pub(crate) mod pulses;
 pub(crate) mod ringing;
 pub(crate) mod spectra;

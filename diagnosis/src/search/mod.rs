@@ -219,12 +219,7 @@ fn is_sure_beside_leavings(
 
 /// The locks of a cause beside what the forms of others may leave. What a table along the rail follows has none: those few
 /// polynomials do not.
-fn locks_beside_leavings(
-    bench: &Bench<'_>,
-    candidate: &Candidate,
-    gain: &Gain,
-    members: &[Member],
-) -> Option<Locks> {
+fn locks_beside_leavings(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, members: &[Member]) -> Option<Locks> {
     if candidate.source.is_phase_bound() {
         return None;
     }
