@@ -166,8 +166,8 @@ fn attempt(
     let mut found = searched(&case, &rows, &law_only)?;
     let mut play = Play::of(nominal, &side, &training, &found);
     if play.is_none() && !side.is_averaged && coarsest == 1 {
-        let gap = gap(&side, &side.force(nominal, &law_only)?);
-        play = gap.map(|gap| Play::shown(&side, &gap));
+        let gap = gap(&side, &side.force(nominal, &law_only)?, &split.held);
+        play = gap.map(|gap| Play::shown(&side, &gap, &split.held));
     }
     let seen_from_m = play.as_ref().map_or(0.0, Play::edge_m);
     if let Some(play) = &play {

@@ -52,16 +52,17 @@ impl Play {
         })
     }
 
-    /// What the force shows of a smaller one, around the reversals that are not compared.
-    pub(crate) fn shown(side: &Side<'_>, gap: &Gap) -> Self {
+    /// What the force shows of a smaller one, around the reversals that are not compared; not in rows that are `held` back.
+    pub(crate) fn shown(side: &Side<'_>, gap: &Gap, held: &[bool]) -> Self {
         let source =
             Source::Mechanism { definition: definition(Id::CouplingBacklash), form: 0, shape: vec![gap.gap_m] };
         let amplitudes = vec![1.0];
         let columns = raw_columns(&source, &side.contexts);
         let force = columns.map(|columns| weighted(&columns, &amplitudes)).unwrap_or_default();
-        let is_told: Vec<bool> = force.iter().map(|force| force.is_finite()).collect();
+        let is_told: Vec<bool> = force.iter().zip(held).map(|(force, held)| force.is_finite() && !held).collect();
+        let told = force.iter().zip(&is_told).filter(|(_, told)| **told);
         Play {
-            squares_n2: force.iter().filter(|force| force.is_finite()).map(|force| force * force).sum(),
+            squares_n2: told.map(|(force, _)| force * force).sum(),
             finding: play(gap),
             region: region(side, &is_told, &source, &force, 0.0, Id::CouplingBacklash.name()),
             p: gap.p,

@@ -69,19 +69,21 @@ impl Row {
     }
 }
 
-/// Looks for it. `simulated_n`: force of the simulation, an entry a row of all runs.
-pub(crate) fn gap(side: &Side<'_>, simulated_n: &[f64]) -> Option<Gap> {
-    of_rows(&rows(side, simulated_n))
+/// Looks for it, but not in rows that are `held` back. `simulated_n`: force of the simulation; both an entry a row of all
+/// runs.
+pub(crate) fn gap(side: &Side<'_>, simulated_n: &[f64], held: &[bool]) -> Option<Gap> {
+    of_rows(&rows(side, simulated_n, held))
 }
 
 /// Rows behind reversals, nearest first.
-fn rows(side: &Side<'_>, simulated_n: &[f64]) -> Vec<Row> {
+fn rows(side: &Side<'_>, simulated_n: &[f64], held: &[bool]) -> Vec<Row> {
     let (mut rows, mut turn, mut start) = (Vec::new(), 0, 0);
     for context in &side.contexts {
         let own = start..start + context.len();
         start = own.end;
-        let (drag_n, simulated_n) = (&side.drag_n[own.clone()], &simulated_n[own]);
-        let steps = drag_n.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| step.is_finite());
+        let (drag_n, simulated_n, held) = (&side.drag_n[own.clone()], &simulated_n[own.clone()], &held[own]);
+        let pairs = drag_n.windows(2).zip(held).filter(|(_, held)| !**held);
+        let steps = pairs.map(|(pair, _)| (pair[1] - pair[0]).abs()).filter(|step| step.is_finite());
         let noise_n = median(steps.collect()).unwrap_or(0.0);
         let since_m = context.since_push_m();
         let mut turned_s = f64::NAN;
@@ -90,7 +92,7 @@ fn rows(side: &Side<'_>, simulated_n: &[f64]) -> Vec<Row> {
                 turn += 1;
                 turned_s = context.run.time_s[n.saturating_sub(1)];
             }
-            let is_told = simulated_n[n].abs() > STANDS_OUT * noise_n && drag_n[n].is_finite();
+            let is_told = !held[n] && drag_n[n].is_finite() && simulated_n[n].abs() > STANDS_OUT * noise_n;
             if is_told && (LEAST_M..FARTHEST_M).contains(&since_m[n]) {
                 let since_s = context.run.time_s[n] - turned_s;
                 rows.push(Row { turn, travel_m: since_m[n], since_s, share: drag_n[n] / simulated_n[n] });
@@ -112,8 +114,8 @@ fn of_rows(rows: &[Row]) -> Option<Gap> {
     let best = wrong.iter().position(|wrong| *wrong == least)?;
     let gap_m = edge_m(best);
     let (before, behind) = rows.split_at(best);
-    let [from, to] = BEYOND.map(|of| of * gap_m);
-    let beyond: Vec<&Row> = behind.iter().filter(|row| (from..to).contains(&row.travel_m)).collect();
+    let [near_m, far_m] = BEYOND.map(|of| of * gap_m);
+    let beyond: Vec<&Row> = behind.iter().filter(|row| (near_m..far_m).contains(&row.travel_m)).collect();
     let empty: Vec<&Row> = before.iter().filter(|row| row.is_empty()).collect();
     let full = beyond.iter().filter(|row| row.is_full()).count();
     let is_sharp = empty.len() as f64 >= SHARP * before.len() as f64 && full as f64 >= SHARP * beyond.len() as f64;
