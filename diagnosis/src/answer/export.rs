@@ -55,7 +55,10 @@ pub(crate) fn calibrated(simulation: &Simulation, factors: &Factors) -> Result<S
     if let Some(mass) = &mut calibrated.axis.moved_mass_kg {
         *mass *= factors.mass;
     }
-    Ok(calibrated)
+    match Simulation::from_toml(&calibrated.to_toml()) {
+        Ok(_) => Ok(calibrated),
+        Err(bad) => Err(bad.what),
+    }
 }
 
 fn with(set: &GuideSet, key: &str, now: f64, factor: f64) -> Result<GuideSet, String> {
@@ -96,5 +99,15 @@ mod tests {
         let Law::Guide(set) = &calibrated.law else { panic!("a guide") };
         assert!((set.hersey_scale() - 1.2).abs() < 1e-12);
         assert!((set.exact().friction().mu_coulomb / 0.00182 - 0.9).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_number_that_the_file_does_not_allow_is_told() {
+        let simulation = Simulation::from_toml(
+            "schema = \"guideblock.simulation/1\"\n[guide]\nlaw = \"coulomb-viscous\"\ncoulomb_n = 1e6\n",
+        )
+        .expect("legal");
+        let why = calibrated(&simulation, &Factors { friction: 1.1, ..Factors::default() }).expect_err("out of range");
+        assert!(why.starts_with("guide.coulomb_n must lie between 0 and 1000000 N, not 11000"), "{why}");
     }
 }

@@ -204,19 +204,6 @@ pub(crate) fn shows_beside_leavings(
         .is_some_and(|locks| is_open(&locks, pool.kinds, pool.points_of(&candidate.source)))
 }
 
-/// Whether a cause whose size is not the same throughout is real beside the leavings: block for block it must be so surer.
-fn is_sure_beside_leavings(
-    bench: &Bench<'_>,
-    pool: &Pool,
-    candidate: &Candidate,
-    gain: &Gain,
-    members: &[Member],
-) -> bool {
-    locks_beside_leavings(bench, candidate, gain, members).is_some_and(|locks| {
-        is_open(&locks, pool.kinds, pool.points_of(&candidate.source)) && -locks.p.ln() > MORE * level(pool.kinds)
-    })
-}
-
 /// The locks of a cause beside what the forms of others may leave. What a table along the rail follows has none: those few
 /// polynomials do not.
 fn locks_beside_leavings(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, members: &[Member]) -> Option<Locks> {
@@ -234,11 +221,18 @@ fn prune(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>, floor: Floor
         let failing = (0..members.len())
             .filter_map(|at| {
                 let Beside { others, own, gain, .. } = bench.beside(members, at);
+                // what is not the same throughout must be so much surer block for block
+                let is_sure = || {
+                    locks_beside_leavings(bench, &own, &gain, &others).is_some_and(|locks| {
+                        is_open(&locks, pool.kinds, pool.points_of(&own.source))
+                            && -locks.p.ln() > MORE * level(pool.kinds)
+                    })
+                };
                 let fails = !holds(bench, pool, &own, &gain, &others, floor)
                     || (is_small(bench, &own, &gain, &others)
                         && !bench.is_spoken_for(&own.source)
                         && !adequacy::is_even(bench, members, at)
-                        && !is_sure_beside_leavings(bench, pool, &own, &gain, &others));
+                        && !is_sure());
                 fails.then_some((at, gain.nats))
             })
             .min_by(|a, b| a.1.total_cmp(&b.1));

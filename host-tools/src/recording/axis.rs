@@ -404,6 +404,10 @@ mod tests {
             ("0.10,0.0010,1e999,3000,24", "line 12: column drag_force_n: \"1e999\" is not finite; the row is left out"),
             ("nan,0.0010,1,3000,24", "line 12: column time_s: \"nan\" is not finite; the row is left out"),
             (
+                "-1e308,0.0010,1,3000,24",
+                "line 12: column time_s: \"-1e308\" is larger than anything that is measured, in any unit; the row is left out",
+            ),
+            (
                 "0.10,0.0010,,3000,24",
                 "line 12: column drag_force_n: not measured here, but every row needs it; the row is left out",
             ),

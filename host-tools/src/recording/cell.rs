@@ -42,6 +42,19 @@ pub(super) fn number(cell: &[u8], comma: bool) -> Result<Option<f64>, Fault> {
     }
 }
 
+/// Largest number that a recording may hold, in any unit: nanoseconds since 1970 and every 64-bit counter are below.
+const LARGEST: f64 = 1e20;
+
+/// Whether a number may have been measured: squares of larger ones leave the range of numbers.
+pub(super) fn is_measurable(value: f64) -> bool {
+    value.abs() <= LARGEST
+}
+
+/// What is wrong with a number that is not [measurable](is_measurable).
+pub(super) fn immeasurable(value: f64, cell: String) -> Fault {
+    if value.is_finite() { Fault::TooLarge { cell } } else { Fault::NotFinite { cell } }
+}
+
 /// Whether a number is whole, and not so large that all are.
 pub(super) fn is_whole(value: f64) -> bool {
     value as i64 as f64 == value
@@ -53,8 +66,8 @@ pub(super) fn value(cell: &[u8], comma: bool, wanted: &Wanted) -> Result<f64, Fa
         return if wanted.need == Need::Everywhere { Err(Fault::NotMeasured) } else { Ok(f64::NAN) };
     };
     let value = wanted.value(cell_value);
-    if !value.is_finite() {
-        return Err(Fault::NotFinite { cell: told(cell.trim_ascii()) });
+    if !is_measurable(value) {
+        return Err(immeasurable(value, told(cell.trim_ascii())));
     }
     if wanted.whole && !is_whole(value) {
         return Err(Fault::NotWhole { cell: told(cell.trim_ascii()) });

@@ -67,6 +67,12 @@ pub enum Fault {
         /// What stands there.
         cell: String,
     },
+    /// The cell is beyond 1e20.
+    #[error("{cell:?} is larger than anything that is measured, in any unit")]
+    TooLarge {
+        /// What stands there.
+        cell: String,
+    },
     /// A cell without which the row means nothing is empty.
     #[error("not measured here, but every row needs it")]
     NotMeasured,
@@ -159,6 +165,7 @@ impl Fault {
             Fault::NotACount { .. } | Fault::NotWhole { .. } | Fault::NotANumber { .. } => "not-a-number",
             Fault::ZeroBytes => "zero-bytes",
             Fault::NotFinite { .. } => "not-finite",
+            Fault::TooLarge { .. } => "too-large",
             Fault::NotMeasured => "not-measured",
             Fault::MotionColumn { .. } => "motion-column",
             Fault::OppositeVelocity => "opposite-velocity",

@@ -18,6 +18,7 @@ use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
 
+use super::cell::{immeasurable, is_measurable};
 use super::columns::{Header, Need, Numbers, Places, Wanted};
 use super::{Cost, Fault, Losses, Progress, Selection, Unusable};
 
@@ -269,7 +270,7 @@ fn keep(columns: &mut [Vec<f64>], places: &mut Places, is_kept: &[bool]) {
 
 /// Tells what is wrong with values, makes nulls NaN and says which rows can be used; nothing when all can.
 fn judge(wanted: &[Wanted], columns: &mut [Vec<f64>], places: &Places, losses: &mut Losses) -> Vec<bool> {
-    let is_odd = |wanted: &Wanted, value: f64| !value.is_finite() || (wanted.whole && value.fract() != 0.0);
+    let is_odd = |wanted: &Wanted, value: f64| !is_measurable(value) || (wanted.whole && value.fract() != 0.0);
     let odd: Vec<_> =
         wanted.iter().zip(&*columns).map(|(wanted, column)| column.iter().any(|v| is_odd(wanted, *v))).collect();
     if !odd.contains(&true) {
@@ -288,8 +289,8 @@ fn judge(wanted: &[Wanted], columns: &mut [Vec<f64>], places: &Places, losses: &
                     column[row] = f64::NAN;
                     continue;
                 }
-                value if value.is_finite() => Fault::NotWhole { cell: value.to_string() },
-                value => Fault::NotFinite { cell: value.to_string() },
+                value if is_measurable(value) => Fault::NotWhole { cell: value.to_string() },
+                value => immeasurable(value, value.to_string()),
             };
             if wanted.need == Need::Anything {
                 losses.note(places.place(row), Some(&wanted.told), fault, Cost::Cell);
@@ -500,7 +501,7 @@ mod tests {
         let mut force = ramp(300, 1.0);
         (force[10], force[20]) = (f64::INFINITY, f64::NEG_INFINITY);
         let mut load = ramp(300, 1.0);
-        load[30] = f64::INFINITY;
+        (load[30], load[40]) = (f64::INFINITY, -1e308);
         let time_s = ramp(300, 0.01);
         let columns = |name| {
             file(&[
@@ -515,7 +516,10 @@ mod tests {
         assert_eq!(messages[0], "row 11: column drag_force_n: \"inf\" is not finite; the row is left out");
         assert_eq!(messages[2], "row 21: column drag_force_n: \"-inf\" is not finite; the row is left out");
         assert_eq!(messages[4], "row 31: column external_load_n: \"inf\" is not finite; it counts as not measured");
-        assert_eq!((run.len(), losses.lost, messages.len()), (298, 2, 5));
+        assert!(
+            messages[5].contains("\" is larger than anything that is measured, in any unit; it counts as not measured")
+        );
+        assert_eq!((run.len(), losses.lost, messages.len()), (298, 2, 6));
         let refused = |bytes: Vec<u8>, select: &[Selection]| {
             axis::from_bytes("a.parquet", bytes, &[], select, &silent).expect_err("refused").to_string()
         };

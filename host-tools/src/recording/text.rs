@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use memchr::{memchr, memchr_iter, memchr2, memrchr};
 
-use super::cell::{cells, is_whole, plain, told, value};
+use super::cell::{cells, is_measurable, is_whole, plain, told, value};
 use super::columns::{Header, Need, Numbers, Places, Wanted};
 use super::dialect::{Dialect, Opening, opening};
 use super::{Cost, Fault, Losses, PIECE, Place, Progress, Selection, Unusable};
@@ -311,7 +311,7 @@ impl<'a> Plan<'a> {
             let is_sound = if value.is_nan() {
                 wanted.need != Need::Everywhere
             } else {
-                value.is_finite() && (!wanted.whole || is_whole(value))
+                is_measurable(value) && (!wanted.whole || is_whole(value))
             };
             if !is_sound {
                 return Row::Odd;

@@ -56,10 +56,10 @@ fn entry(value: &Spanned<DeValue<'_>>) -> Result<Added, Mistake> {
         };
         let x = item.any_number()?;
         let legal = match kind {
-            Number::Above0 => x > 0.0 && x.is_finite(),
-            Number::Finite => x.is_finite(),
-            Number::NotNegative => x >= 0.0 && x.is_finite(),
-            Number::NotPositive => x <= 0.0 && x.is_finite(),
+            Number::Above0 => x > 0.0 && x <= LARGEST,
+            Number::Any => x.abs() <= LARGEST,
+            Number::NotNegative => (0.0..=LARGEST).contains(&x),
+            Number::NotPositive => (-LARGEST..=0.0).contains(&x),
         };
         if legal { Ok(x) } else { Err(item.wrong(format!("{} must be {}, not {x}", item.name(), kind.text()))) }
     });
@@ -84,11 +84,14 @@ fn form(definition: &'static Definition, item: &Item<'_>) -> Result<(usize, &'st
     })
 }
 
+/// Largest number of a form, in its unit: with larger ones forces leave the range of numbers.
+const LARGEST: f64 = 1e12;
+
 /// What a number of a form may be.
 #[derive(Clone, Copy)]
 enum Number {
     Above0,
-    Finite,
+    Any,
     NotNegative,
     NotPositive,
 }
@@ -96,10 +99,10 @@ enum Number {
 impl Number {
     fn text(self) -> &'static str {
         match self {
-            Number::Above0 => "a number above 0",
-            Number::Finite => "a finite number",
-            Number::NotNegative => "0 or above",
-            Number::NotPositive => "0 or below",
+            Number::Above0 => "above 0 and at most 1e12",
+            Number::Any => "a number from -1e12 to 1e12",
+            Number::NotNegative => "0 or above, and at most 1e12",
+            Number::NotPositive => "0 or below, and at least -1e12",
         }
     }
 }
@@ -107,12 +110,12 @@ impl Number {
 /// Name, unit and what is legal of every number of a form, shape first.
 fn numbers(form: &'static Form) -> impl Iterator<Item = (&'static str, &'static str, Number)> {
     use crate::mechanism::Sign;
-    let shape = form.shape.iter().map(|p| (p.name, p.unit, if p.log { Number::Above0 } else { Number::Finite }));
+    let shape = form.shape.iter().map(|p| (p.name, p.unit, if p.log { Number::Above0 } else { Number::Any }));
     let amplitudes = form.amplitudes.iter().map(|a| {
         let legal = match a.sign {
             Sign::Positive => Number::NotNegative,
             Sign::Negative => Number::NotPositive,
-            Sign::Free => Number::Finite,
+            Sign::Free => Number::Any,
         };
         (a.name, a.unit, legal)
     });

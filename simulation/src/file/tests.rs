@@ -218,11 +218,11 @@ fn mistakes_have_line_column_and_what_would_be_right() {
         ("[[mechanism]]\nid = \"seal-drag\"", "line 3, column 1: seal-drag of form \"minimal\" needs drag_n in N"),
         (
             "[[mechanism]]\nid = \"seal-drag\"\ndrag_n = -1",
-            "line 4, column 10: mechanism.drag_n must be 0 or above, not -1",
+            "line 4, column 10: mechanism.drag_n must be 0 or above, and at most 1e12, not -1",
         ),
         (
             "[[mechanism]]\nid = \"run-in\"\nlength_m = 0\ndrag_n = 1",
-            "line 4, column 12: mechanism.length_m must be a number above 0, not 0",
+            "line 4, column 12: mechanism.length_m must be above 0 and at most 1e12, not 0",
         ),
         ("[columns]\ndrag_force_n = 3", "line 3, column 16: columns.drag_force_n must be a text in quotes"),
     ] {
