@@ -210,9 +210,9 @@ fn searched<'s>(case: &Case<'s>, rows: &Rows, law_only: &[f64]) -> Result<Found<
     let start = unbound(case.given.nominal, case.side, rows, case.training, law_only)?;
     let mut kept = None;
     if start == law_only {
-        return passes::run(case, rows.clone(), law_only, &mut kept);
+        return passes::run(case, rows.clone(), law_only, law_only, &mut kept);
     }
-    let found = passes::run(case, rows.clone(), &start, &mut kept)?;
+    let found = passes::run(case, rows.clone(), &start, law_only, &mut kept)?;
     // a law that is off is accepted as such only if nothing else is needed; else it has imitated what is missing
     let left_n2 = |values: &[f64]| Ok::<f64, String>(power(rows, &case.side.residual(case.given.nominal, values)?));
     let within_n2 = left_n2(law_only)?;
@@ -223,7 +223,7 @@ fn searched<'s>(case: &Case<'s>, rows: &Rows, law_only: &[f64]) -> Result<Found<
     if found.is_shift_only() && is_it(&found)? {
         return Ok(found);
     }
-    let within = passes::run(case, rows.clone(), law_only, &mut kept)?;
+    let within = passes::run(case, rows.clone(), law_only, law_only, &mut kept)?;
     if !within.members.is_empty() && !within.is_shift_only() {
         return Ok(within);
     }

@@ -96,12 +96,12 @@ pub(crate) fn unmask(
         let hz = peaks.iter().copied().find(|hz| (hz - shape[0]).abs() < 1.5 / spectra.window_s + NEAR * hz)?;
         // a damped resonance is as broad as that, and the highest entry of its peak is anywhere within
         let half_width_hz = 0.5 / spectra.window_s + shape[1] * hz;
-        let (share, p) = spectra.at_every_speed(hz)?;
+        let peak = spectra.at_every_speed(hz)?;
         Some(Heard {
             hz,
             half_width_hz,
-            power_n2: share * power(&bench.rows, left),
-            p,
+            power_n2: peak.share * power(&bench.rows, left),
+            p: peak.p,
             source: candidate.source.clone(),
             amplitudes: gain.amplitudes,
         })

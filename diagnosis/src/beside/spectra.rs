@@ -26,19 +26,88 @@ const STANDS_OUT: f64 = 2.0;
 /// stands out by seven and more, and a sweep over a tenth of its frequency to either side by five.
 const AT_EVERY_SPEED: f64 = 6.0;
 
+/// A peak of one run alone has few pieces.
+const IN_ONE_RUN: f64 = 1e-6;
+
 /// Speeds of both halves that differ by less tell nothing of that.
 const APART: f64 = 1.5;
 
-/// Averaged spectra of a residual's pieces, of the slower half of them and of the faster.
-pub(crate) struct Spectra {
-    /// Rows of a piece over their rate: the inverse of the distance of two entries, s.
-    pub(crate) window_s: f64,
+/// Averaged spectra of pieces of a residual, of the slower half of them and of the faster.
+struct Halves {
     slow: Vec<f64>,
     fast: Vec<f64>,
     /// Pieces of either.
     pieces: usize,
     /// Mean speed of the faster over that of the slower.
     apart: f64,
+}
+
+/// Averaged spectra of a residual, and of each of its runs: in a quiet one rings what a loud one drowns.
+pub(crate) struct Spectra {
+    /// Rows of a piece over their rate: the inverse of the distance of two entries, s.
+    pub(crate) window_s: f64,
+    all: Halves,
+    runs: Vec<Halves>,
+}
+
+/// What stands out at every speed.
+pub(crate) struct Peak {
+    /// Share of its power in all.
+    pub(crate) share: f64,
+    /// Its p-value in noise without it.
+    pub(crate) p: f64,
+}
+
+impl Halves {
+    /// Of pieces that start at a row and have a mean speed.
+    fn of(mut pieces: Vec<(usize, f64)>, spectrum: impl Fn(usize) -> Vec<f64>) -> Self {
+        pieces.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let (slower, faster) = pieces.split_at(pieces.len() / 2);
+        let mean = |pieces: &[(usize, f64)]| {
+            let mut power: Vec<f64> = Vec::new();
+            for (start, _) in pieces {
+                let piece = spectrum(*start);
+                power.resize(piece.len(), 0.0);
+                power.iter_mut().zip(&piece).for_each(|(power, x)| *power += x / pieces.len() as f64);
+            }
+            power
+        };
+        let speed =
+            |pieces: &[(usize, f64)]| pieces.iter().map(|(_, speed)| speed).sum::<f64>() / pieces.len().max(1) as f64;
+        Halves { pieces: slower.len(), apart: speed(faster) / speed(slower), slow: mean(slower), fast: mean(faster) }
+    }
+
+    /// Height of an entry over the median around it.
+    fn height(power: &[f64], k: usize) -> f64 {
+        let around = power[k - k / 4..(k + k / 4 + 1).min(power.len())].to_vec();
+        power[k] / median(around).unwrap_or(0.0).max(f64::MIN_POSITIVE)
+    }
+
+    /// The peak at an entry, if it stands out in slow and in fast pieces.
+    fn at_every_speed(&self, at: usize) -> Option<Peak> {
+        let halves = [&self.slow, &self.fast];
+        if halves.iter().any(|power| at >= power.len()) {
+            return None;
+        }
+        let heights = halves.map(|power| Self::height(power, at));
+        if !(self.apart > APART) || heights.iter().any(|height| !(*height > AT_EVERY_SPEED)) {
+            return None;
+        }
+        let share = |power: &[f64], height: f64| {
+            let around = &power[at.saturating_sub(2)..(at + 3).min(power.len())];
+            let floor = power[at] / height;
+            around.iter().map(|x| (x - floor).max(0.0)).sum::<f64>() / power.iter().sum::<f64>()
+        };
+        let shares: f64 = halves.iter().zip(heights).map(|(power, height)| share(power, height)).sum();
+        // P(mean of n unit exponentials > h) < exp(-n(h - 1 - ln h)); pieces overlap by half
+        let nats: f64 = heights.iter().map(|h| 0.5 * self.pieces as f64 * (h - 1.0 - h.ln())).sum();
+        Some(Peak { share: 0.5 * shares, p: (self.slow.len() as f64 * (-nats).exp()).min(1.0) })
+    }
+
+    /// Power of all pieces.
+    fn power(&self) -> f64 {
+        self.pieces as f64 * (self.slow.iter().sum::<f64>() + self.fast.iter().sum::<f64>())
+    }
 }
 
 impl Spectra {
@@ -55,69 +124,46 @@ impl Spectra {
             side.motions.iter().flat_map(|motion| motion.velocity_m_s.iter().map(|v| v.abs())).collect();
         let speeds = rows.plain(&speeds);
         let starts = |group: &Range<usize>| (group.start..(group.end + 1).saturating_sub(window)).step_by(window / 2);
-        let mean = |start: &usize| speeds[*start..start + window].iter().sum::<f64>() / window as f64;
-        let mut pieces: Vec<(usize, f64)> =
-            rows.groups.iter().flat_map(starts).map(|start| (start, mean(&start))).collect();
-        pieces.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let (slower, faster) = pieces.split_at(pieces.len() / 2);
+        let mean = |start: usize| speeds[start..start + window].iter().sum::<f64>() / window as f64;
+        let of_run = |group: &Range<usize>| starts(group).map(|start| (start, mean(start))).collect::<Vec<_>>();
         let transform = FftPlanner::new().plan_fft_forward(window);
-        let spectrum = |pieces: &[(usize, f64)]| {
-            let mut power = vec![0.0; window / 2];
-            for (start, _) in pieces {
-                // Hann's window
-                let tapered = |n: usize| {
-                    let taper = 0.5 - 0.5 * (std::f64::consts::TAU * n as f64 / window as f64).cos();
-                    Complex::new(residual[start + n].into() * taper, 0.0)
-                };
-                let mut piece: Vec<Complex<f64>> = (0..window).map(tapered).collect();
-                transform.process(&mut piece);
-                power.iter_mut().zip(&piece).for_each(|(power, x)| *power += x.norm_sqr() / pieces.len() as f64);
-            }
-            power
+        let spectrum = |start: usize| {
+            // Hann's window
+            let tapered = |n: usize| {
+                let taper = 0.5 - 0.5 * (std::f64::consts::TAU * n as f64 / window as f64).cos();
+                Complex::new(residual[start + n].into() * taper, 0.0)
+            };
+            let mut piece: Vec<Complex<f64>> = (0..window).map(tapered).collect();
+            transform.process(&mut piece);
+            piece[..window / 2].iter().map(Complex::norm_sqr).collect()
         };
-        let speed =
-            |pieces: &[(usize, f64)]| pieces.iter().map(|(_, speed)| speed).sum::<f64>() / pieces.len().max(1) as f64;
         Some(Spectra {
             window_s: window as f64 * step_s,
-            pieces: slower.len(),
-            apart: speed(faster) / speed(slower),
-            slow: spectrum(slower),
-            fast: spectrum(faster),
+            all: Halves::of(rows.groups.iter().flat_map(of_run).collect(), spectrum),
+            runs: rows.groups.iter().map(|group| Halves::of(of_run(group), spectrum)).collect(),
         })
-    }
-
-    /// Height of an entry over the median around it.
-    fn height(power: &[f64], k: usize) -> f64 {
-        let around = power[k - k / 4..(k + k / 4 + 1).min(power.len())].to_vec();
-        power[k] / median(around).unwrap_or(0.0).max(f64::MIN_POSITIVE)
     }
 
     /// Frequencies within a range, Hz, that stand out, the highest first.
     pub(crate) fn peaks(&self, from_hz: f64, to_hz: f64) -> Vec<f64> {
-        let both: Vec<f64> = self.slow.iter().zip(&self.fast).map(|(slow, fast)| slow + fast).collect();
+        let both: Vec<f64> = self.all.slow.iter().zip(&self.all.fast).map(|(slow, fast)| slow + fast).collect();
         let within = |k: &usize| (from_hz..=to_hz).contains(&(*k as f64 / self.window_s));
         let heights: Vec<f64> =
-            (0..both.len()).map(|k| if k > 0 && within(&k) { Self::height(&both, k) } else { 0.0 }).collect();
+            (0..both.len()).map(|k| if k > 0 && within(&k) { Halves::height(&both, k) } else { 0.0 }).collect();
         let found = peaks(&heights, PEAKS, 2, STANDS_OUT);
         found.into_iter().map(|k| k as f64 / self.window_s).collect()
     }
 
-    /// Share of the power in a peak that stands out in slow and in fast pieces, and its p-value.
-    pub(crate) fn at_every_speed(&self, hz: f64) -> Option<(f64, f64)> {
+    /// What stands out at a frequency, slow and fast: in all runs together or else in the one where it is surest.
+    pub(crate) fn at_every_speed(&self, hz: f64) -> Option<Peak> {
         let at = (hz * self.window_s).round() as usize;
-        let halves = [&self.slow, &self.fast];
-        let heights = halves.map(|power| Self::height(power, at));
-        if !(self.apart > APART) || heights.iter().any(|height| !(*height > AT_EVERY_SPEED)) {
-            return None;
-        }
-        let share = |power: &[f64], height: f64| {
-            let around = &power[at.saturating_sub(2)..(at + 3).min(power.len())];
-            let floor = power[at] / height;
-            around.iter().map(|x| (x - floor).max(0.0)).sum::<f64>() / power.iter().sum::<f64>()
-        };
-        let shares: f64 = halves.iter().zip(heights).map(|(power, height)| share(power, height)).sum();
-        // P(mean of n unit exponentials > h) < exp(-n(h - 1 - ln h)); pieces overlap by half
-        let nats: f64 = heights.iter().map(|h| 0.5 * self.pieces as f64 * (h - 1.0 - h.ln())).sum();
-        Some((0.5 * shares, (self.slow.len() as f64 * (-nats).exp()).min(1.0)))
+        self.all.at_every_speed(at).or_else(|| {
+            let of_run = |run: &Halves| {
+                let Peak { share, p } = run.at_every_speed(at)?;
+                let p = p * self.runs.len() as f64;
+                (p < IN_ONE_RUN).then(|| Peak { share: share * run.power() / self.all.power(), p })
+            };
+            self.runs.iter().filter_map(of_run).min_by(|a, b| a.p.total_cmp(&b.p))
+        })
     }
 }

@@ -76,7 +76,8 @@ pub(crate) struct Causes<'s> {
 }
 
 impl<'s> Causes<'s> {
-    /// What is found with them. The law does not come to rest farther from the force than it is at `start`.
+    /// What is found with them. The law does not come to rest farther from the force than it is at `start`, within its
+    /// tolerance.
     pub(crate) fn found(self, case: &Case<'s>, pool: &mut Pool, start: &[f64]) -> Result<Found<'s>, String> {
         let Causes { mut bench, mut members, mut doubts, values, .. } = self;
         let nominal = case.given.nominal;

@@ -49,8 +49,14 @@ pub(crate) fn prepared(
     }
 }
 
-/// Searches as often as it takes.
-pub(crate) fn run<'s>(case: &Case<'s>, mut rows: Rows, start: &[f64], kept: &mut Kept) -> Result<Found<'s>, String> {
+/// Searches as often as it takes, from `start` on; the law at `tolerated` is within its tolerance.
+pub(crate) fn run<'s>(
+    case: &Case<'s>,
+    mut rows: Rows,
+    start: &[f64],
+    tolerated: &[f64],
+    kept: &mut Kept,
+) -> Result<Found<'s>, String> {
     let Case { given: Given { nominal, step_n, .. }, side, saturation, .. } = *case;
     let mut values = start.to_vec();
     let mut pass = 0;
@@ -116,7 +122,7 @@ pub(crate) fn run<'s>(case: &Case<'s>, mut rows: Rows, start: &[f64], kept: &mut
             left,
             coarse_step_n,
         };
-        let found = causes.found(case, &mut pool, start)?;
+        let found = causes.found(case, &mut pool, tolerated)?;
         *kept = Some((rows, pool));
         return Ok(found);
     }
