@@ -132,6 +132,19 @@ pub(crate) fn contamination(spots: &Spots, share: f64) -> Finding {
 /// opened trial the numbers of right names were off by this much beyond what noise leaves open.
 const OF_FORM: f64 = 0.03;
 
+/// Interval of a filter's time, s, from that of one which acts between the rows, too.
+///
+/// ```text
+/// lag of a continuous filter = τ    lag of one that acts on rows = Δt/(e^(Δt/τ) - 1)
+/// ```
+///
+/// A force that changes slowly tells the lag alone, times the part of the force that is filtered, and neither how fast the
+/// filter's own rows are, from Δt down to none.
+fn time_of_filter([low, high]: [f64; 2], part: f64, step_s: f64) -> [f64; 2] {
+    let lag_s = high * part.max(1.0);
+    [low * part.min(1.0), step_s / (step_s / lag_s).ln_1p()]
+}
+
 /// What the library has no name for, modelled by the cause that comes nearest.
 fn stands_in(source: &Source, doubt: Doubt, share: f64) -> Finding {
     let id = source.id();
@@ -226,6 +239,10 @@ pub(crate) fn finding(
                 let sigma = sigma.hypot(of_form * value);
                 let mut e = estimate(parameter.name.to_owned(), *value, sigma, parameter.unit);
                 e.ci95 = [e.ci95[0].max(parameter.from), e.ci95[1].min(parameter.to)];
+                if definition.id == Id::ForceLowpass {
+                    let part = amplitudes.first().copied().unwrap_or(1.0);
+                    e.ci95 = time_of_filter(e.ci95, part, bench.step_s);
+                }
                 parameters.push(e);
             }
             (definition.kind.name(), definition.statement.to_owned())
@@ -302,4 +319,20 @@ pub(crate) fn shape_deviation(bench: &Bench<'_>, fit: &Fit, member: &Member, k: 
         }
     }
     if curvature > 0.0 { 1.0 / curvature.sqrt() } else { parameter.to - parameter.from }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_time_of_a_filter_reaches_from_a_continuous_one_to_one_on_rows() {
+        let step_s = 0.005;
+        for of_rows_s in [1e-3, 3e-3, 2e-2, 0.5] {
+            let lag_s = step_s / f64::exp_m1(step_s / of_rows_s);
+            let [low, high] = time_of_filter([lag_s; 2], 1.0, step_s);
+            assert!(low == lag_s && (high - of_rows_s).abs() < 1e-12 * of_rows_s, "{low} {high}");
+            assert_eq!(time_of_filter([0.9 * lag_s, lag_s / 1.25], 1.25, step_s), [0.9 * lag_s, high]);
+        }
+    }
 }

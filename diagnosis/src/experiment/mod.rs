@@ -286,7 +286,7 @@ mod tests {
         let given = Given { simulation: &simulation, nominal: &nominal, ringing: Some(&[]), edges: None, step_n: None };
         let Calibrated { values, side, saturation, .. } = &calibrated;
         let case = Case { given, side, training: &training, saturation, seen_from_m: 0.0 };
-        let found = passes::run(&case, rows, values, &mut None).expect("ends");
+        let found = passes::run(&case, rows, values, values, &mut None).expect("ends");
         assert_eq!(found.members.len(), 1);
         assert!(next(&nominal, side, &found, 0).is_some());
     }

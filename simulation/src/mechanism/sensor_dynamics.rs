@@ -14,7 +14,7 @@ pub(super) const FORCE_LOWPASS: Definition = Definition {
         Form {
             name: "minimal",
             shape: &[ratio("time_s", "s", 5e-4, 0.2, 8)],
-            amplitudes: &[whole("part", 0.4)],
+            amplitudes: &[whole("part", 0.1)],
             columns: |context, shape| filtered(context, *shape.first()?, 1),
             phase_bound: false,
             equation: "F = part·(y - F_law), time·dy/dt = F_law - y",
@@ -22,7 +22,7 @@ pub(super) const FORCE_LOWPASS: Definition = Definition {
         Form {
             name: "second-order",
             shape: &[ratio("time_s", "s", 5e-4, 0.2, 8)],
-            amplitudes: &[whole("part", 0.4)],
+            amplitudes: &[whole("part", 0.1)],
             columns: |context, shape| filtered(context, *shape.first()?, 2),
             phase_bound: false,
             equation: "as minimal, two such filters in a row",
@@ -66,7 +66,7 @@ pub(super) const TIME_MISALIGNMENT: Definition = Definition {
         Form {
             name: "shift",
             shape: &[steps("delay_s", "s", -0.05, 0.05, 25)],
-            amplitudes: &[whole("part", 0.4)],
+            amplitudes: &[whole("part", 0.1)],
             columns: |context, shape| {
                 let late = shifted(context, *shape.first()?);
                 shown(vec![context.rows(|n| late[n] - context.steady.force_n[n])])
