@@ -214,14 +214,17 @@ fn searched<'s>(case: &Case<'s>, rows: &Rows, law_only: &[f64]) -> Result<Found<
     }
     let found = passes::run(case, rows.clone(), &start, law_only, &mut kept)?;
     // a law that is off is accepted as such only if nothing else is needed; else it has imitated what is missing
-    let left_n2 = |values: &[f64]| Ok::<f64, String>(power(rows, &case.side.residual(case.given.nominal, values)?));
-    let within_n2 = left_n2(law_only)?;
+    let within_n2 = power(rows, &case.side.residual(case.given.nominal, law_only)?);
     let is_it = |found: &Found<'_>| {
         let noise_n2 = found.noise_n * found.noise_n;
-        Ok::<bool, String>(left_n2(&found.with_shifts)? - noise_n2 < MOST_LEFT * (within_n2 - noise_n2))
+        Ok::<bool, String>(found.left_n(case)?.powi(2) - noise_n2 < MOST_LEFT * (within_n2 - noise_n2))
     };
     if found.is_shift_only() && is_it(&found)? {
-        return Ok(found);
+        if found.members.len() == 1 {
+            return Ok(found);
+        }
+        let alone = law_alone(case, rows, &start, law_only, &mut kept)?;
+        return Ok(alone.unwrap_or(found));
     }
     let within = passes::run(case, rows.clone(), law_only, law_only, &mut kept)?;
     if !within.members.is_empty() && !within.is_shift_only() {

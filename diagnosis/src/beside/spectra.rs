@@ -26,18 +26,19 @@ const STANDS_OUT: f64 = 2.0;
 /// stands out by seven and more, and a sweep over a tenth of its frequency to either side by five.
 const AT_EVERY_SPEED: f64 = 6.0;
 
-/// A peak of one run alone has few pieces.
+/// A peak of one run alone has few pieces: its p-value, and its height in the middle one of them. What rings stands out by
+/// five and more in that one, what sweeps and a ripple at changing speed by less than twice.
 const IN_ONE_RUN: f64 = 1e-6;
+const IN_EVERY_PIECE: f64 = 3.0;
 
 /// Speeds of both halves that differ by less tell nothing of that.
 const APART: f64 = 1.5;
 
-/// Averaged spectra of pieces of a residual, of the slower half of them and of the faster.
+/// Spectra of pieces of a residual, and their average, of the slower half of them and of the faster.
 struct Halves {
     slow: Vec<f64>,
     fast: Vec<f64>,
-    /// Pieces of either.
-    pieces: usize,
+    each: [Vec<Vec<f64>>; 2],
     /// Mean speed of the faster over that of the slower.
     apart: f64,
 }
@@ -63,24 +64,36 @@ impl Halves {
     fn of(mut pieces: Vec<(usize, f64)>, spectrum: impl Fn(usize) -> Vec<f64>) -> Self {
         pieces.sort_by(|a, b| a.1.total_cmp(&b.1));
         let (slower, faster) = pieces.split_at(pieces.len() / 2);
-        let mean = |pieces: &[(usize, f64)]| {
-            let mut power: Vec<f64> = Vec::new();
-            for (start, _) in pieces {
-                let piece = spectrum(*start);
-                power.resize(piece.len(), 0.0);
-                power.iter_mut().zip(&piece).for_each(|(power, x)| *power += x / pieces.len() as f64);
+        let each = [slower, faster].map(|pieces| pieces.iter().map(|(start, _)| spectrum(*start)).collect::<Vec<_>>());
+        let [slow, fast] = each.each_ref().map(|pieces| {
+            let mut power = vec![0.0; pieces.first().map_or(0, Vec::len)];
+            for piece in pieces {
+                power.iter_mut().zip(piece).for_each(|(power, x)| *power += x / pieces.len() as f64);
             }
             power
-        };
+        });
         let speed =
             |pieces: &[(usize, f64)]| pieces.iter().map(|(_, speed)| speed).sum::<f64>() / pieces.len().max(1) as f64;
-        Halves { pieces: slower.len(), apart: speed(faster) / speed(slower), slow: mean(slower), fast: mean(faster) }
+        Halves { apart: speed(faster) / speed(slower), slow, fast, each }
     }
 
     /// Height of an entry over the median around it.
     fn height(power: &[f64], k: usize) -> f64 {
         let around = power[k - k / 4..(k + k / 4 + 1).min(power.len())].to_vec();
         power[k] / median(around).unwrap_or(0.0).max(f64::MIN_POSITIVE)
+    }
+
+    /// Pieces of either half.
+    fn pieces(&self) -> usize {
+        self.each[0].len()
+    }
+
+    /// Whether an entry stands out in half of the slow pieces and of the fast: what sweeps through it does so in a few.
+    fn is_steady(&self, at: usize) -> bool {
+        self.each.iter().all(|pieces| {
+            let heights: Vec<f64> = pieces.iter().map(|power| Self::height(power, at)).collect();
+            median(heights).is_some_and(|height| height > IN_EVERY_PIECE)
+        })
     }
 
     /// The peak at an entry, if it stands out in slow and in fast pieces.
@@ -100,13 +113,13 @@ impl Halves {
         };
         let shares: f64 = halves.iter().zip(heights).map(|(power, height)| share(power, height)).sum();
         // P(mean of n unit exponentials > h) < exp(-n(h - 1 - ln h)); pieces overlap by half
-        let nats: f64 = heights.iter().map(|h| 0.5 * self.pieces as f64 * (h - 1.0 - h.ln())).sum();
+        let nats: f64 = heights.iter().map(|h| 0.5 * self.pieces() as f64 * (h - 1.0 - h.ln())).sum();
         Some(Peak { share: 0.5 * shares, p: (self.slow.len() as f64 * (-nats).exp()).min(1.0) })
     }
 
     /// Power of all pieces.
     fn power(&self) -> f64 {
-        self.pieces as f64 * (self.slow.iter().sum::<f64>() + self.fast.iter().sum::<f64>())
+        self.pieces() as f64 * (self.slow.iter().sum::<f64>() + self.fast.iter().sum::<f64>())
     }
 }
 
@@ -159,7 +172,7 @@ impl Spectra {
         let at = (hz * self.window_s).round() as usize;
         self.all.at_every_speed(at).or_else(|| {
             let of_run = |run: &Halves| {
-                let Peak { share, p } = run.at_every_speed(at)?;
+                let Peak { share, p } = run.at_every_speed(at).filter(|_| run.is_steady(at))?;
                 let p = p * self.runs.len() as f64;
                 (p < IN_ONE_RUN).then(|| Peak { share: share * run.power() / self.all.power(), p })
             };

@@ -19,6 +19,10 @@ pub(crate) const NEAR: f64 = 0.004;
 const TIE_WITHIN_A_ROW: f64 = 9.0;
 const NEAR_WITHIN_A_ROW: f64 = 0.02;
 
+/// [`NEAR`] of what an asymmetry leaves to a constant: at one load, how it grows with the speed is all that tells them
+/// apart, and no law knows that of an asymmetry.
+const NEAR_OF_ASYMMETRY: f64 = 0.02;
+
 /// Share of the evidence that a longer form adds to its own cause and that tells nothing apart: half of what a form may
 /// leave at all.
 const LONGER_FORM: f64 = 0.01;
@@ -35,9 +39,12 @@ pub(crate) struct Set {
 }
 
 impl Set {
+    /// Confidence where the evidence against the others was not counted.
+    pub(crate) const CONFIDENCE: f64 = 0.95;
+
     /// What has no name has no rivals.
     pub(crate) fn alone(candidate: Candidate) -> Self {
-        Set { candidates: vec![candidate], confidence: 0.95 }
+        Set { candidates: vec![candidate], confidence: Self::CONFIDENCE }
     }
 }
 
@@ -57,6 +64,7 @@ pub(crate) fn of(
     let own_nats = minimal.as_ref().map_or(own_gain.nats, |(_, minimal)| minimal.nats.min(own_gain.nats));
     let minimal = minimal.map(|(candidate, _)| candidate.clone());
     let tie = TIE.max(NEAR * own_gain.nats);
+    let is_asymmetry = own.source.is(Id::DirectionAsymmetry);
     let mut candidates = vec![own.clone()];
     let mut against = 0.0;
     if !own.source.is_story() {
@@ -80,7 +88,13 @@ pub(crate) fn of(
             let is_within_a_row = [(own, own_gain), (&rival, &gain)]
                 .iter()
                 .all(|(late, gain)| late_by_s(late, gain).is_some_and(|late_s| late_s.abs() < bench.step_s));
-            let tie = if is_within_a_row { tie.max(TIE_WITHIN_A_ROW).max(NEAR_WITHIN_A_ROW * own_nats) } else { tie };
+            let tie = if is_within_a_row {
+                tie.max(TIE_WITHIN_A_ROW).max(NEAR_WITHIN_A_ROW * own_nats)
+            } else if is_asymmetry && is_constant(bench, &rival) {
+                tie.max(NEAR_OF_ASYMMETRY * own_nats)
+            } else {
+                tie
+            };
             let behind = if is_plain || is_within_a_row { own_nats - gain.nats } else { own_score - gain.score };
             if behind < tie {
                 candidates.push(rival);

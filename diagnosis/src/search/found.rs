@@ -11,7 +11,7 @@ use crate::numbers::statistics::rms;
 use crate::report::Considered;
 use crate::search;
 use crate::search::adequacy::Doubt;
-use crate::search::case::{Case, Given};
+use crate::search::case::Case;
 use crate::search::considered;
 use crate::search::equivalents::{self, Set};
 
@@ -48,6 +48,11 @@ impl Found<'_> {
         !self.members.is_empty() && self.members.iter().all(|m| matches!(m.candidate.source, Source::Shift { .. }))
     }
 
+    /// RMS force that law and members leave, N.
+    pub(crate) fn left_n(&self, case: &Case<'_>) -> Result<f64, String> {
+        left_n(case, &self.bench, &self.members, &self.fit, &self.calibrated)
+    }
+
     /// Amplitudes of every member.
     pub(crate) fn amplitudes(&self) -> Vec<Vec<f64>> {
         amplitudes(&self.members, &self.fit)
@@ -73,6 +78,8 @@ pub(crate) struct Causes<'s> {
     pub(crate) irrelevant_n: f64,
     pub(crate) left: Vec<f64>,
     pub(crate) coarse_step_n: Option<f64>,
+    /// The rivals of each, where they are known already.
+    pub(crate) sets: Option<Vec<Set>>,
 }
 
 impl<'s> Causes<'s> {
@@ -83,7 +90,10 @@ impl<'s> Causes<'s> {
         let nominal = case.given.nominal;
         let tolerances = Tolerances { nominal, moved: &values };
         let is_coarse = self.coarse_step_n.is_some();
-        let mut sets = tell_apart(&mut bench, pool, &tolerances, &mut members, &doubts, is_coarse);
+        let mut sets = match self.sets {
+            Some(sets) => sets,
+            None => tell_apart(&mut bench, pool, &tolerances, &mut members, &doubts, is_coarse),
+        };
         let equivalents: Vec<String> =
             sets.iter().flat_map(|set| &set.candidates).map(|candidate| candidate.source.id().to_owned()).collect();
         let considered = considered::of(&bench, pool, &tolerances, &members, &equivalents);
@@ -196,15 +206,21 @@ fn is_worse(
     fit: &Fit,
     (led, start): (&[f64], &[f64]),
 ) -> Result<bool, String> {
-    let Case { given: Given { nominal, .. }, side, .. } = *case;
+    let start_n = rms(&bench.rows.plain(&case.side.residual(case.given.nominal, start)?));
+    Ok(left_n(case, bench, members, fit, led)? > start_n)
+}
+
+/// RMS force that law and members leave, N; `values` of the law are without the shifts among the members.
+fn left_n(case: &Case<'_>, bench: &Bench<'_>, members: &[Member], fit: &Fit, values: &[f64]) -> Result<f64, String> {
+    let nominal = case.given.nominal;
     let amplitudes = amplitudes(members, fit);
-    let mut left = side.residual(nominal, &shifted(nominal, led, members, &amplitudes))?;
+    let mut left = case.side.residual(nominal, &shifted(nominal, values, members, &amplitudes))?;
     let causes = members.iter().zip(&amplitudes).filter(|(m, _)| !matches!(m.candidate.source, Source::Shift { .. }));
     for (member, amplitudes) in causes {
         let force = bench.force(&member.candidate.source, amplitudes);
         left.iter_mut().zip(force).for_each(|(left, force)| *left -= force);
     }
-    Ok(rms(&bench.rows.plain(&left)) > rms(&bench.rows.plain(&side.residual(nominal, start)?)))
+    Ok(rms(&bench.rows.plain(&left)))
 }
 
 /// Those that are said to be kept.

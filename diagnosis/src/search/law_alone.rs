@@ -10,14 +10,14 @@
 
 use crate::calibration::settle::Bottom;
 use crate::fit::bench::{Candidate, causes, without};
-use crate::fit::pool::Tolerances;
+use crate::fit::pool::{Pool, Tolerances};
 use crate::fit::rest::noise_rms;
 use crate::fit::source::Source;
 use crate::noise::rows::Rows;
 use crate::numbers::statistics::rms;
 use crate::search::adequacy::doubts;
 use crate::search::case::{Case, Given};
-use crate::search::equivalents::TIE;
+use crate::search::equivalents::{Set, TIE};
 use crate::search::found::{Causes, Found};
 use crate::search::passes::{Kept, irrelevant_n, prepared};
 
@@ -30,7 +30,7 @@ pub(crate) fn law_alone<'s>(
     tolerated: &[f64],
     kept: &mut Kept,
 ) -> Result<Option<Found<'s>>, String> {
-    let Case { given: Given { nominal, .. }, side, saturation, .. } = *case;
+    let Case { given: Given { nominal, .. }, side, .. } = *case;
     let bench = case.around(rows, start)?;
     let mut pool = prepared(case, rows, &bench, &Tolerances { nominal, moved: start }, kept);
     let price = 0.5 * bench.ln_rows() + (pool.kinds as f64).ln();
@@ -65,47 +65,107 @@ pub(crate) fn law_alone<'s>(
     if free.is_empty() {
         return Ok(None);
     }
-    let (mismatch, tangent) = (side.residual(nominal, &here.values)?, side.tangent(nominal, &here.values)?);
-    let left = saturation.rest(rows, &side.contexts, &mismatch, &tangent, &[]);
-    let noise_n = noise_rms(rows, &left);
-    let values = here.values.clone();
+    // twice the gain is the square of a standard normal number
+    let p = (libm::erfc(beyond.sqrt()) * can_shift.len() as f64).min(1.0);
+    let mut found = beside(case, rows, &mut pool, &free, (&here, p), tolerated, None)?;
+    if let Some(several) = &found
+        && several.members.len() > 1
+        && let Some((set, there)) = one_instead(case, rows, several, &here, price)?
+    {
+        let one = set.candidates[..1].to_vec();
+        found = beside(case, rows, &mut pool, &one, (&there, p), tolerated, Some(set))?.or(found);
+    }
+    *kept = Some((rows.clone(), pool));
+    Ok(found)
+}
+
+/// What is found with these causes, with which the law has come to rest, and with their rivals, if those are known; `None`
+/// where a cause is doubted.
+fn beside<'s>(
+    case: &Case<'s>,
+    rows: &Rows,
+    pool: &mut Pool,
+    free: &[Candidate],
+    (bottom, p_no_mismatch): (&Bottom, f64),
+    tolerated: &[f64],
+    set: Option<Set>,
+) -> Result<Option<Found<'s>>, String> {
+    let Case { given: Given { nominal, .. }, side, saturation, .. } = *case;
+    let values = bottom.values.clone();
+    let (mismatch, tangent) = (side.residual(nominal, &values)?, side.tangent(nominal, &values)?);
     let mut bench = case.around(rows, &values)?;
     let mut members = Vec::with_capacity(free.len());
-    for candidate in bench.candidates(free.into_iter().map(|shift| shift.source)) {
+    let mut extra = Vec::new();
+    for candidate in bench.candidates(free.iter().map(|cause| cause.source.clone())) {
+        extra.extend(bench.raw(&candidate.source).unwrap_or_default());
         members.push(bench.take(candidate));
     }
     let doubts = doubts(&bench, &bench.fit_members(&members), &members);
     if doubts.iter().any(Option::is_some) {
         return Ok(None);
     }
+    let left = saturation.rest(rows, &side.contexts, &mismatch, &tangent, &extra);
+    let noise_n = noise_rms(rows, &left);
+    let is_told = set.is_some();
     let mut found = Causes {
         bench,
         members,
         doubts,
         values,
         has_landed: true,
-        // twice the gain is the square of a standard normal number
-        p_no_mismatch: (libm::erfc(beyond.sqrt()) * can_shift.len() as f64).min(1.0),
+        p_no_mismatch,
         noise_n,
         irrelevant_n: irrelevant_n(case, rows, &mismatch)?,
         left,
         coarse_step_n: case.coarse_step_n(noise_n),
+        sets: set.map(|set| vec![set]),
     }
-    .found(case, &mut pool, tolerated)?;
-    // what stands for the shift along a straight line need not do so along the law
+    .found(case, pool, tolerated)?;
+    if is_told {
+        return Ok(Some(found));
+    }
+    // what stands for a cause along a straight line need not do so along the law
     for at in 0..found.members.len() {
-        let shift = found.members[at].candidate.source.clone();
+        let own = found.members[at].candidate.source.clone();
         let others = without(&found.members, at);
         let mut rivals = Vec::new();
         for rival in std::mem::take(&mut found.sets[at].candidates) {
-            let is_one = rival.source.is_kin(&shift) || {
+            let is_one = rival.source.is_kin(&own) || {
                 let valley = case.valley(rows, causes(&others).chain([&rival]));
-                0.5 * (valley.bottom(&found.with_shifts)?.left - here.left) < TIE
+                0.5 * (valley.lowest(&found.with_shifts, &[&nominal.start()])?.left - bottom.left) < TIE
             };
             rivals.extend(is_one.then_some(rival));
         }
         found.sets[at].candidates = rivals;
     }
-    *kept = Some((rows.clone(), pool));
     Ok(Some(found))
+}
+
+/// Causes each of which explains what several numbers of the law do together, but for less than they cost, and where the
+/// law comes to rest beside the first: of the rivals of each number those that are as good as the best.
+fn one_instead(
+    case: &Case<'_>,
+    rows: &Rows,
+    several: &Found<'_>,
+    bottom: &Bottom,
+    price: f64,
+) -> Result<Option<(Set, Bottom)>, String> {
+    let given = case.given.nominal.start();
+    let saved = price * (several.members.len() - 1) as f64;
+    let mut singles: Vec<(Candidate, Bottom)> = Vec::new();
+    for one in several.sets.iter().flat_map(|set| &set.candidates) {
+        if singles.iter().any(|(other, _)| other.source.is_kin(&one.source)) {
+            continue;
+        }
+        let there = case.valley(rows, [one]).lowest(&given, &[&several.with_shifts])?;
+        if 0.5 * (there.left - bottom.left) < saved {
+            singles.push((one.clone(), there));
+        }
+    }
+    let least = singles.iter().map(|(_, there)| there.left).fold(f64::INFINITY, f64::min);
+    singles.retain(|(_, there)| 0.5 * (there.left - least) < TIE);
+    singles.sort_by_key(|(one, _)| one.source.simplicity());
+    let (candidates, mut bottoms): (Vec<Candidate>, Vec<Bottom>) = singles.into_iter().unzip();
+    let confidence = Set::CONFIDENCE;
+    Ok((!bottoms.is_empty()).then(|| (Set { candidates, confidence }, bottoms.swap_remove(0))))
 }

@@ -121,6 +121,7 @@ pub(crate) fn run<'s>(
             irrelevant_n,
             left,
             coarse_step_n,
+            sets: None,
         };
         let found = causes.found(case, &mut pool, tolerated)?;
         *kept = Some((rows, pool));
