@@ -2,6 +2,7 @@
 
 use simulation::Simulation;
 use simulation::run::Run;
+use simulation::session::joined;
 
 use crate::answer;
 use crate::answer::aside::Aside;
@@ -45,7 +46,7 @@ pub struct Outcome {
     pub augmented: Option<Simulation>,
 }
 
-/// Holds runs against a simulation. `holdout` is only ever scored, after the search is over; without it a part of the
+/// Holds runs, in the order of their clocks, against a simulation. `holdout` is only ever scored, after the search is over; without it a part of the
 /// runs is set aside.
 pub fn diagnose(runs: &[Run], holdout: &[Run], simulation: &Simulation, options: &Options) -> Outcome {
     let mut quality = DataQuality::default();
@@ -111,6 +112,10 @@ fn attempt(
             return Err(reason);
         }
     }
+    // only now: rows are set aside, and faults told, by the recordings as they were given
+    let session = joined(simulation, runs);
+    let recorded = session.as_deref().map_or(recorded, Moving::of);
+    let runs = recorded.runs;
     let speed = speed::set_aside(simulation, &nominal, &recorded);
     let (bare, bare_held);
     let (moving, holdout) = match &speed {

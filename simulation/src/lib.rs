@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! run        what was recorded, column by column, and where it was interrupted
+//! session    recordings whose clocks go on, as one
 //! motion     position, speed and acceleration of every row, from whatever was measured
 //! published  parameter sets of the literature, every value with where it comes from
 //! guide      a guide and its oil: a published set and what a file overrides
@@ -25,6 +26,7 @@ pub mod profile;
 pub mod published;
 pub mod run;
 pub mod sensor;
+pub mod session;
 
 pub use document::BadFile;
 pub use file::Simulation;

@@ -13,6 +13,8 @@ pub(crate) struct Split {
     pub(crate) description: String,
     /// Whether other runs are scored than those that taught.
     pub(crate) crosses_runs: bool,
+    /// Intervals of held rows, s from the first row of their run.
+    pub(crate) intervals_s: Vec<[f64; 2]>,
 }
 
 /// Every this many runs, parts or blocks one is set aside.
@@ -24,7 +26,7 @@ const BLOCK_S: f64 = 5.0;
 impl Split {
     /// Nothing is set aside: other files are scored.
     pub(crate) fn none(rows: usize) -> Self {
-        Split { held: vec![false; rows], description: String::new(), crosses_runs: true }
+        Split { held: vec![false; rows], description: String::new(), crosses_runs: true, intervals_s: Vec::new() }
     }
 
     /// By whole runs, else by parts of a test profile, else by blocks of time. Chosen by the clock and the profile
@@ -39,7 +41,7 @@ impl Split {
             }
             let names: Vec<String> = chosen.iter().map(|n| name(runs, *n)).collect();
             let description = format!("{} of {} runs set aside: {}", count, runs.len(), names.join(", "));
-            return Split { held, description, crosses_runs: true };
+            return Split::with(runs, held, description, true);
         }
         let parts: usize = runs.iter().map(|run| run.profile_parts().len()).sum();
         if parts >= 2 * ONE_IN {
@@ -55,7 +57,7 @@ impl Split {
                 }
             }
             let description = format!("every {ONE_IN}th segment set aside, {} of {parts}", (parts + 1) / ONE_IN);
-            return Split { held, description, crosses_runs: false };
+            return Split::with(runs, held, description, false);
         }
         let total: f64 = runs.iter().map(|run| run.step_s() * run.len() as f64).sum();
         let block = BLOCK_S.min(total / 16.0);
@@ -63,7 +65,12 @@ impl Split {
             let first = run.time_s.first().copied().unwrap_or(0.0);
             held.extend(run.time_s.iter().map(|t| ((t - first) / block) as usize % ONE_IN == ONE_IN / 2));
         }
-        Split { held, description: format!("every {ONE_IN}th block of {block:.3} s set aside"), crosses_runs: false }
+        Split::with(runs, held, format!("every {ONE_IN}th block of {block:.3} s set aside"), false)
+    }
+
+    fn with(runs: &[Run], held: Vec<bool>, description: String, crosses_runs: bool) -> Self {
+        let intervals_s = intervals_s(runs, &held);
+        Split { held, description, crosses_runs, intervals_s }
     }
 }
 

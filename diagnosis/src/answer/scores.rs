@@ -57,7 +57,7 @@ pub(crate) fn score(
         let held: Vec<bool> = side.compared.iter().zip(&split.held).map(|(c, held)| *c && *held).collect();
         let scored = Rows::new(side.runs, &held, coarsest);
         let stages = scene.stages(side, split.crosses_runs)?;
-        let intervals_s = proof::intervals_s(side.runs, &split.held);
+        let intervals_s = split.intervals_s.clone();
         let score = proof::score(&stages, &scored, intervals_s, side.step_s() * scored.decimation() as f64, seed);
         let carried = scene.carried(side, &stages, &scored, split.crosses_runs)?;
         let holdout = Holdout { description: split.description.clone(), ..score };

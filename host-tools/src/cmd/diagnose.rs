@@ -27,7 +27,7 @@ use super::{Failure, output};
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Arguments {
-    /// Recordings, runs of one block
+    /// Recordings, runs of one block; those of one session, whose clocks go on, are joined in the order of time
     #[arg(value_name = "RECORDING.csv", required = true)]
     files: Vec<PathBuf>,
     /// The simulation they are held against
@@ -115,16 +115,17 @@ fn read(
     recording: &RecordingArguments,
     mappings: &[Mapping],
 ) -> Result<(Vec<Run>, Vec<Losses>), Failure> {
-    let (mut runs, mut all) = (Vec::new(), Vec::new());
+    let mut all: Vec<(Run, Losses)> = Vec::new();
     for path in files {
         if path != Path::new("-") && !path.exists() {
             return Err(Failure::file(path, "there is no such file"));
         }
-        let (run, losses) = recording.open(path, mappings)?;
-        runs.push(run);
-        all.push(losses);
+        all.push(recording.open(path, mappings)?);
     }
-    Ok((runs, all))
+    // a shell sorts by name; clocks that all start anew leave the order as it is
+    let first_s = |(run, _): &(Run, Losses)| run.time_s.first().copied().unwrap_or(0.0);
+    all.sort_by(|a, b| first_s(a).total_cmp(&first_s(b)));
+    Ok(all.into_iter().unzip())
 }
 
 /// Adds what reading the file cost.

@@ -5,6 +5,7 @@ use simulation::law::Missing;
 use simulation::mechanism::Context;
 use simulation::motion::Motion;
 use simulation::run::Run;
+use simulation::session::joined;
 
 /// Bins of an axis.
 const BINS: usize = 60;
@@ -69,7 +70,8 @@ const ODD: [&str; 7] = ["velocity", "travel", "time", "reversal-distance", "dwel
 /// [`Missing`] where the augmented simulation has no value for a run.
 pub fn views(runs: &[Run], given: &Simulation, augmented: &Simulation) -> Result<Vec<AxisView>, Missing> {
     let mut rows: Vec<Vec<(f64, f64, f64, f64)>> = vec![Vec::new(); AXES.len()];
-    for run in runs {
+    let session = joined(given, runs);
+    for run in session.as_deref().unwrap_or(runs) {
         let motion = Motion::of(run);
         let after = augmented.force(run, &motion)?;
         // a file that leaves its law to be fitted says nothing by itself
