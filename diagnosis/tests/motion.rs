@@ -89,3 +89,29 @@ fn a_structure_that_rolling_strikes_is_heard_and_what_sweeps_is_not_one() {
     let found = with(struck(&course, rate_hz, 0.015, |n| 42.0 + 10.0 * (n as f64 / rate_hz).fract(), false));
     assert!(!ids(&found).contains(&"structural-resonance"), "{:?}", ids(&found));
 }
+
+#[test]
+fn a_structure_that_rings_in_a_quiet_run_is_heard_beside_a_loud_one() {
+    let simulation = Simulation::from_toml(AXIS).unwrap();
+    let rate_hz = 500.0;
+    let course = strokes(rate_hz);
+    let form = "\n[[mechanism]]\nid = \"structural-resonance\"\nfrequency_hz = 47.0\ndamping = 0.02\npart = 0.01\nmass_kg = 2.0\n";
+    let rings = Simulation::from_toml(&format!("{AXIS}{form}")).unwrap();
+    let with = |simulation_of_force: &Simulation, struck: Vec<f64>| {
+        let force = simulation_of_force.force(&course.run, &course.motion).unwrap();
+        let mut noise = Noise::new(6, 0);
+        let mut run = |level_n: f64| {
+            let drag_force_n =
+                force.iter().zip(&struck).map(|(f, x)| f + 0.1 * x + level_n * noise.gaussian()).collect();
+            Run { drag_force_n, ..course.run.clone() }
+        };
+        let runs = [run(3.0), run(0.05)];
+        diagnose(&runs, &[], &simulation, &Options::default()).diagnosis
+    };
+    let found = with(&rings, struck(&course, rate_hz, 0.02, |_| 47.0, true));
+    assert_eq!(ids(&found), ["structural-resonance"], "{:#?}", found.mechanisms);
+    // once in four seconds from 42 to 52 Hz
+    let found =
+        with(&simulation, struck(&course, rate_hz, 0.015, |n| 42.0 + 10.0 * (n as f64 / rate_hz / 4.0).fract(), false));
+    assert!(!ids(&found).contains(&"structural-resonance"), "{:#?}", found.mechanisms);
+}

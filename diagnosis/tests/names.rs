@@ -7,7 +7,7 @@ use simulation::Simulation;
 use simulation::mechanism::{Added, Id};
 use simulation::motion::Motion;
 use simulation::profile::{Conditions, Course, Order, Staircase};
-use simulation::run::Run;
+use simulation::run::{Break, Part, Run};
 use simulation::sensor::Noise;
 
 const GUIDE: &str = "schema = \"guideblock.simulation/1\"\n[guide]\nparameters = \"zhou-2023\"\n[lubricant]\n\
@@ -198,4 +198,32 @@ fn a_small_cause_is_named_beside_one_of_hundreds_of_times_its_evidence_and_what_
     let asymmetry = added(Id::DirectionAsymmetry, 0, &[], &[0.003]);
     assert_eq!(sets(&chained(0.0, &[asymmetry])), [["cable-chain"], ["direction-asymmetry"]]);
     assert_eq!(sets(&chained(0.1, &[])), [["cable-chain"]]);
+}
+
+/// Some rows of a run as a run of its own, whose clock is `later_s` ahead.
+fn stretch(run: &Run, rows: std::ops::Range<usize>, later_s: f64) -> Run {
+    let cut = |column: &Option<Vec<f64>>| column.as_ref().map(|column| column[rows.clone()].to_vec());
+    Run {
+        name: format!("from row {}", rows.start),
+        time_s: run.time_s[rows.clone()].iter().map(|t| t + later_s).collect(),
+        drag_force_n: run.drag_force_n[rows.clone()].to_vec(),
+        position_m: cut(&run.position_m),
+        velocity_m_s: cut(&run.velocity_m_s),
+        preload_n: cut(&run.preload_n),
+        temperature_block_degc: cut(&run.temperature_block_degc),
+        parts: vec![Part { rows: 0..rows.len(), segment: None, starts: Break::Start }],
+        ..Run::default()
+    }
+}
+
+#[test]
+fn a_block_that_runs_in_over_two_files_does_not_start_anew_with_the_second() {
+    let run_in = added(Id::RunIn, 0, &[6.0], &[4.0]);
+    let whole = recorded(strokes(&[0.02, 0.1, 0.4], 0.5, 1.0, 3000.0), &[run_in], nothing, 12);
+    let half = whole.len() / 2;
+    let two = [stretch(&whole, 0..half, 0.0), stretch(&whole, half..whole.len(), 30.0)];
+    let found = diagnosis(&two);
+    assert_eq!(sets(&found), [["run-in"]], "{:?}", found.data_quality);
+    let first = found.mechanisms[0].parameters.iter().find(|number| number.name == "drag_n").expect("it has one");
+    assert!(first.ci95[0] < 4.0 && 4.0 < first.ci95[1], "{first:?}");
 }
