@@ -1,15 +1,17 @@
-//! The law with as few of its own numbers off as it takes, and nothing beside it.
+//! The law with as few of its own numbers off as it takes, and nothing beside it; or one cause that does as well as several
+//! numbers together.
 //!
 //! ```text
 //! L(free) = least squared mismatch, whitened, with the price of the numbers that are not free
 //! a number is off where the tolerance of all ends before L does, and a further one where L falls by more than it costs
+//! one cause stands for n numbers where L rises by less than n - 1 of them cost
 //! ```
 //!
 //! Along the law itself: far from where it was given, straight lines mislead, the more the better two numbers imitate one
 //! another.
 
 use crate::calibration::settle::Bottom;
-use crate::fit::bench::{Candidate, causes, without};
+use crate::fit::bench::{Bench, Candidate, causes, without};
 use crate::fit::pool::{Pool, Tolerances};
 use crate::fit::rest::noise_rms;
 use crate::fit::source::Source;
@@ -36,32 +38,13 @@ pub(crate) fn law_alone<'s>(
     let price = 0.5 * bench.ln_rows() + (pool.kinds as f64).ln();
     let can_shift: Vec<usize> =
         (0..nominal.parameters.len()).filter(|at| nominal.parameters[*at].can_shift()).collect();
-    let mut free: Vec<Candidate> = Vec::new();
-    let mut here = case.valley(rows, &free).bottom(start)?;
+    let here = case.valley(rows, []).bottom(start)?;
     let left_n = |values: &[f64]| Ok::<f64, String>(rms(&rows.plain(&side.residual(nominal, values)?)));
-    let beyond = 0.5 * (case.valley(rows, &free).left(tolerated)? - here.left);
+    let beyond = 0.5 * (case.valley(rows, []).left(tolerated)? - here.left);
     if beyond < price || left_n(&here.values)? >= left_n(tolerated)? {
         return Ok(None);
     }
-    for _ in &can_shift {
-        let mut best: Option<(Bottom, Vec<Candidate>)> = None;
-        for parameter in &can_shift {
-            let source = Source::Shift { parameter: *parameter };
-            if free.iter().any(|other| other.source.is_kin(&source)) {
-                continue;
-            }
-            let Some(candidate) = bench.candidate(source) else { continue };
-            let mut with = free.clone();
-            with.push(candidate);
-            let there = case.valley(rows, &with).lowest(&here.values, &[&nominal.start()])?;
-            if best.as_ref().is_none_or(|(least, _)| there.left < least.left) {
-                best = Some((there, with));
-            }
-        }
-        let is_needed = |there: &Bottom| free.is_empty() || 0.5 * (here.left - there.left) > price;
-        let Some((there, with)) = best.filter(|(there, _)| is_needed(there)) else { break };
-        (here, free) = (there, with);
-    }
+    let (free, here) = numbers_off(case, rows, &bench, &can_shift, here, price)?;
     if free.is_empty() {
         return Ok(None);
     }
@@ -77,6 +60,39 @@ pub(crate) fn law_alone<'s>(
     }
     *kept = Some((rows.clone(), pool));
     Ok(found)
+}
+
+/// The numbers that are off, the most telling first, and where the law comes to rest with them free.
+fn numbers_off(
+    case: &Case<'_>,
+    rows: &Rows,
+    bench: &Bench<'_>,
+    can_shift: &[usize],
+    mut here: Bottom,
+    price: f64,
+) -> Result<(Vec<Candidate>, Bottom), String> {
+    let given = case.given.nominal.start();
+    let mut free: Vec<Candidate> = Vec::new();
+    for _ in can_shift {
+        let mut best: Option<(Bottom, Vec<Candidate>)> = None;
+        for parameter in can_shift {
+            let source = Source::Shift { parameter: *parameter };
+            if free.iter().any(|other| other.source.is_kin(&source)) {
+                continue;
+            }
+            let Some(candidate) = bench.candidate(source) else { continue };
+            let mut with = free.clone();
+            with.push(candidate);
+            let there = case.valley(rows, &with).lowest(&here.values, &[&given])?;
+            if best.as_ref().is_none_or(|(least, _)| there.left < least.left) {
+                best = Some((there, with));
+            }
+        }
+        let is_needed = |there: &Bottom| free.is_empty() || 0.5 * (here.left - there.left) > price;
+        let Some((there, with)) = best.filter(|(there, _)| is_needed(there)) else { break };
+        (here, free) = (there, with);
+    }
+    Ok((free, here))
 }
 
 /// What is found with these causes, with which the law has come to rest, and with their rivals, if those are known; `None`
@@ -166,6 +182,5 @@ fn one_instead(
     singles.retain(|(_, there)| 0.5 * (there.left - least) < TIE);
     singles.sort_by_key(|(one, _)| one.source.simplicity());
     let (candidates, mut bottoms): (Vec<Candidate>, Vec<Bottom>) = singles.into_iter().unzip();
-    let confidence = Set::CONFIDENCE;
-    Ok((!bottoms.is_empty()).then(|| (Set { candidates, confidence }, bottoms.swap_remove(0))))
+    Ok((!bottoms.is_empty()).then(|| (Set { candidates, confidence: Set::CONFIDENCE }, bottoms.swap_remove(0))))
 }
