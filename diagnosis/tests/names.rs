@@ -223,7 +223,8 @@ fn a_block_that_runs_in_over_two_files_does_not_start_anew_with_the_second() {
     let half = whole.len() / 2;
     let two = [stretch(&whole, 0..half, 0.0), stretch(&whole, half..whole.len(), 30.0)];
     let found = diagnosis(&two);
-    assert_eq!(sets(&found), [["run-in"]], "{:?}", found.data_quality);
-    let first = found.mechanisms[0].parameters.iter().find(|number| number.name == "drag_n").expect("it has one");
-    assert!(first.ci95[0] < 4.0 && 4.0 < first.ci95[1], "{first:?}");
+    // at one preload it may as well be the preload that wears off
+    assert_eq!(sets(&found), [["preload-loss", "run-in"]]);
+    let length = found.mechanisms[0].parameters.iter().find(|number| number.name == "length_m").expect("it has one");
+    assert!((5.0..8.0).contains(&length.value), "{length:?}");
 }
