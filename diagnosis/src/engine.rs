@@ -163,7 +163,8 @@ fn attempt(
     }
     let ringing = ringing::unmask(&nominal, &calibrated, &training, &mut rows)?;
     let Calibrated { values: mut law_only, mut side, mut saturation, .. } = calibrated;
-    let pointed = (!is_noisy).then_some(ringing.pointed.as_slice());
+    // a speed that had to be set aside leaves one whose changes are no acceleration
+    let pointed = (!is_noisy && speed.is_none()).then_some(ringing.pointed.as_slice());
     let step_n = runs.iter().filter_map(|run| sanity::quantum(&run.drag_force_n)).max_by(f64::total_cmp);
     let nominal = &nominal;
     let given = Given { simulation, nominal, ringing: pointed, edges, step_n };
