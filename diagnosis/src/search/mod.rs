@@ -52,6 +52,10 @@ const FURTHER: f64 = 0.02;
 /// others may leave as well; a shift, which those imitate, is none.
 const FURTHER_IF_EVEN: f64 = 0.005;
 
+/// Share of the evidence for a bent rail below which a joint is part of how it is bent: no wave or table is as sharp as a rail
+/// may be, and a joint is the sharpest profile that there is. One of a third of the bend's force has more.
+const ONE_PROFILE: f64 = 0.1;
+
 /// Highest order at which a wave repeats that is taken for the wave itself.
 const ORDERS: f64 = 4.0;
 
@@ -188,8 +192,17 @@ fn holds(bench: &Bench<'_>, pool: &Pool, candidate: &Candidate, gain: &Gain, mem
         return !is_tiny && gain.score > (pool.kinds as f64).ln();
     }
     is_relevant(bench, candidate, gain, floor)
+        && !is_of_one_profile(bench, candidate, gain, members)
         && is_open(&bench.locks(candidate, gain, members), pool.kinds, pool.points_of(&candidate.source))
         && (!is_tiny || shows_beside_leavings(bench, pool, candidate, gain, members))
+}
+
+/// Whether a candidate is a joint that only sharpens the profile of a rail that is bent anyway.
+fn is_of_one_profile(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, members: &[Member]) -> bool {
+    let Some(at) = members.iter().position(|member| member.candidate.source.is(Id::RailStraightness)) else {
+        return false;
+    };
+    candidate.source.is(Id::RailJoint) && gain.nats < ONE_PROFILE * bench.beside(members, at).gain.nats
 }
 
 /// Whether a cause is real beside what the forms of others may leave, too.
