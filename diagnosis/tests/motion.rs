@@ -115,3 +115,39 @@ fn a_structure_that_rings_in_a_quiet_run_is_heard_beside_a_loud_one() {
         with(&simulation, struck(&course, rate_hz, 0.015, |n| 42.0 + 10.0 * (n as f64 / rate_hz / 4.0).fract(), false));
     assert!(!ids(&found).contains(&"structural-resonance"), "{:#?}", found.mechanisms);
 }
+
+/// Motion at the rate of the rows is no better than its derivatives, and rows are averaged; what rings is looked for before.
+#[test]
+fn a_structure_is_heard_between_the_averages_that_a_derived_motion_asks_for() {
+    let simulation = Simulation::from_toml(AXIS).unwrap();
+    let rate_hz = 1000.0;
+    let course = strokes(rate_hz);
+    let force = simulation.force(&course.run, &course.motion).unwrap();
+    let with = |ringing: Vec<f64>| {
+        let mut noise = Noise::new(6, 0);
+        let drag_force_n = force.iter().zip(ringing).map(|(f, x)| f + x + 0.2 * noise.gaussian()).collect();
+        let run = Run { drag_force_n, velocity_m_s: None, acceleration_m_s2: None, ..course.run.clone() };
+        diagnosis(&run, &simulation)
+    };
+    let found = with(struck(&course, rate_hz, 0.02, |_| 47.0, true));
+    assert_eq!(ids(&found), ["structural-resonance"], "{:#?}", found.mechanisms);
+}
+
+#[test]
+fn a_structure_is_heard_beside_what_reversals_show_better_and_a_hum_is_none() {
+    let simulation = Simulation::from_toml(AXIS).unwrap();
+    let rate_hz = 500.0;
+    let course = strokes(rate_hz);
+    let late = format!("{AXIS}\n[[mechanism]]\nid = \"force-lowpass\"\ntime_s = 0.004\npart = 1.0\n");
+    let force = Simulation::from_toml(&late).unwrap().force(&course.run, &course.motion).unwrap();
+    let with = |ringing: Vec<f64>| {
+        let mut noise = Noise::new(6, 0);
+        let drag_force_n = force.iter().zip(ringing).map(|(f, x)| f + x + 0.2 * noise.gaussian()).collect();
+        diagnosis(&Run { drag_force_n, ..course.run.clone() }, &simulation)
+    };
+    let found = with(struck(&course, rate_hz, 0.015, |_| 47.0, true));
+    assert!(ids(&found).contains(&"structural-resonance"), "{:#?}", found.mechanisms);
+    let hum = (0..course.run.len()).map(|n| 0.4 * (std::f64::consts::TAU * 50.0 * n as f64 / rate_hz + 0.3).sin());
+    let found = with(hum.collect());
+    assert!(!ids(&found).contains(&"structural-resonance"), "{:#?}", found.mechanisms);
+}

@@ -70,8 +70,13 @@ impl Balance {
         let coherent = unsteady.share * noise;
         // what rounding leaves is noise that follows the force: it comes and goes with it
         let rounds = |run: &Run| quantum(&run.drag_force_n).is_some_and(|step| step > COARSE * found.noise_n);
-        let heard = heard.filter(|_| !is_known(Id::StructuralResonance)).map(|heard| heard.power_n2.min(0.9 * noise));
-        let is_smooth = spots.is_none() && heard.is_none() && !side.runs.iter().any(rounds);
+        let heard = heard.filter(|_| !is_known(Id::StructuralResonance));
+        // averages have next to nothing of what rings between them
+        let (heard, between) = match heard {
+            Some(heard) if heard.is_averaged_out => (None, Some(heard.power_n2)),
+            heard => (heard.map(|heard| heard.power_n2.min(0.9 * noise)), None),
+        };
+        let is_smooth = spots.is_none() && heard.is_none() && between.is_none() && !side.runs.iter().any(rounds);
         let is_worth_it = |power: f64| power > UNSTEADY_SHARE * (before - noise + power);
         let is_unsteady = is_smooth && unsteady.p < UNSTEADY && is_worth_it(coherent);
         // beside a name, what its form leaves may stand out
@@ -93,7 +98,7 @@ impl Balance {
         // rows that are not compared and a speed that is not believed have their part in the mismatch all the same
         let speed = speed.map(|speed| speed.power_n2);
         let play = play.map(|play| play.squares_n2 / rows.len().max(1) as f64);
-        let aside: f64 = [clipped, spots, speed, play].into_iter().flatten().sum();
+        let aside: f64 = [clipped, spots, speed, play, between].into_iter().flatten().sum();
         let mismatch = (before - noise).max(1e-3 * before) + aside;
         let share = |power: f64| (power / mismatch).clamp(0.0, 1.0);
         // the form of another cause may leave a few
@@ -108,7 +113,7 @@ impl Balance {
             clipped: clipped.map(share),
             spots: spots.map(share).filter(|share| *share > least_of_spots),
             speed: speed.map(share),
-            heard: heard.map(share),
+            heard: heard.or(between).map(share),
             play: play.map(share),
         };
         if found.members.is_empty() {

@@ -80,12 +80,13 @@ impl<'a> Shown<'a> {
     pub(crate) fn added(&self, noise_n: f64, moved_mass_kg: f64) -> Vec<Added> {
         let one = |id, form, shape, amplitudes| Some(Added { id, form, shape, amplitudes });
         let speed = self.speed.and_then(|_| one(Id::SpeedNoise, 1, Vec::new(), vec![1.0, moved_mass_kg]));
-        let heard = self.heard.and_then(|(heard, _)| added(&heard.source, &heard.amplitudes));
+        let struck = self.heard.and_then(|(heard, _)| heard.struck.as_ref());
+        let struck = struck.and_then(|(source, amplitudes)| added(source, amplitudes));
         let play = self.play.and_then(|(play, _)| play.added());
         let rounding = self.rounding.and_then(|(step_n, _)| {
             one(Id::ForceQuantisation, 0, vec![(noise_n / step_n).clamp(0.02, 0.5)], vec![1.0])
         });
         let clipped = self.clipped.and_then(|(limit_n, _)| one(Id::ForceSaturation, 0, vec![limit_n], vec![1.0]));
-        [speed, heard, play, rounding, clipped].into_iter().flatten().collect()
+        [speed, struck, play, rounding, clipped].into_iter().flatten().collect()
     }
 }

@@ -28,6 +28,9 @@ const POINTS: usize = 30;
 /// Dampings with which a peak of the spectrum is tried.
 const DAMPINGS: [f64; 4] = [0.01, 0.02, 0.04, 0.08];
 
+/// Evidence for what reversals and jerks strike, nats, from which it is more than the best of a grid in noise.
+const STRUCK: f64 = 10.0;
+
 /// Distance of a peak, of its frequency, from the resonance that reversals and jerks show best: the same one, where rolling
 /// strikes it much harder than they do.
 const NEAR: f64 = 0.1;
@@ -49,9 +52,10 @@ pub(crate) struct Heard {
     pub(crate) power_n2: f64,
     /// p-value of such a peak in noise without one.
     pub(crate) p: f64,
-    /// The part that follows from the motion: what reversals and jerks strike.
-    pub(crate) source: Source,
-    pub(crate) amplitudes: Vec<f64>,
+    /// Whether the rows that are compared are averages that are blind to it.
+    pub(crate) is_averaged_out: bool,
+    /// The part that follows from the motion, what reversals and jerks strike, where there is one.
+    pub(crate) struck: Option<(Source, Vec<f64>)>,
 }
 
 /// Learns the noise anew where something rings.
@@ -66,7 +70,16 @@ pub(crate) fn unmask(
     let form = &definition.forms[0];
     let mut short = rows.clone();
     short.learn_up_to(left, SHORT);
-    let spectra = Spectra::of(&short.white(left), &short, side);
+    // averages are blind to what rings between them
+    let fine = (rows.decimation() > 1).then(|| {
+        let mut fine = Rows::new(side.runs, training, 1);
+        fine.learn_up_to(left, SHORT);
+        fine
+    });
+    let seen = fine.as_ref().unwrap_or(&short);
+    let spectra = Spectra::of(&seen.white(left), seen, side);
+    let plain = Spectra::of(&seen.plain(left), seen, side);
+    let power_n2 = power(seen, left);
     let peaks = spectra.as_ref().map_or_else(Vec::new, |it| it.peaks(form.shape[0].from, form.shape[0].to));
     let pointed: Vec<Vec<f64>> =
         peaks.iter().flat_map(|hz| DAMPINGS.iter().map(move |damping| vec![*hz, *damping])).collect();
@@ -90,20 +103,29 @@ pub(crate) fn unmask(
         let extra = raw_columns(&candidate.source, &side.contexts).unwrap_or_default();
         rows.learn(&saturation.rest(rows, &side.contexts, &mismatch, &tangent, &extra));
     }
-    let heard = struck.zip(Spectra::of(&bench.rows.plain(left), &bench.rows, side)).and_then(|(struck, spectra)| {
-        let (candidate, gain) = struck;
-        let Source::Mechanism { shape, .. } = &candidate.source else { return None };
-        let hz = peaks.iter().copied().find(|hz| (hz - shape[0]).abs() < 1.5 / spectra.window_s + NEAR * hz)?;
-        // a damped resonance is as broad as that, and the highest entry of its peak is anywhere within
-        let half_width_hz = 0.5 / spectra.window_s + shape[1] * hz;
-        let peak = spectra.at_every_speed(hz)?;
-        Some(Heard {
-            hz,
-            half_width_hz,
-            power_n2: peak.share * power(&bench.rows, left),
-            p: peak.p,
-            source: candidate.source.clone(),
-            amplitudes: gain.amplitudes,
+    let heard = plain.and_then(|spectra| {
+        peaks.iter().find_map(|hz| {
+            let peak = spectra.at_every_speed(*hz)?;
+            let is_near = |shape: &[f64]| (hz - shape[0]).abs() < 1.5 / spectra.window_s + NEAR * hz;
+            let struck = struck.as_ref().and_then(|(candidate, gain)| match &candidate.source {
+                Source::Mechanism { shape, .. } if is_near(shape) && gain.nats > STRUCK => {
+                    Some((candidate, gain, shape[1]))
+                }
+                _ => None,
+            });
+            if peak.is_constant || (struck.is_none() && !peak.is_rolled) {
+                return None;
+            }
+            let damping = struck.map_or(DAMPINGS[0], |(.., damping)| damping);
+            Some(Heard {
+                hz: *hz,
+                // a damped resonance is as broad as that, and the highest entry of its peak is anywhere within
+                half_width_hz: 0.5 / spectra.window_s + damping * hz,
+                power_n2: peak.share * power_n2,
+                p: peak.p,
+                is_averaged_out: fine.is_some(),
+                struck: struck.map(|(candidate, gain, _)| (candidate.source.clone(), gain.amplitudes.clone())),
+            })
         })
     });
     Ok(Ringing { pointed, heard })

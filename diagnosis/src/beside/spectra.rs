@@ -17,6 +17,9 @@ const WINDOW_S: f64 = 1.0;
 const LEAST_WINDOW: usize = 64;
 const MOST_WINDOW: usize = 8192;
 
+/// Pieces below which shorter ones, that tell a frequency less well, tell more.
+const FEWEST_PIECES: usize = 32;
+
 /// Peaks that are looked at, and their height over the median around them.
 const PEAKS: usize = 3;
 const STANDS_OUT: f64 = 2.0;
@@ -31,8 +34,15 @@ const AT_EVERY_SPEED: f64 = 6.0;
 const IN_ONE_RUN: f64 = 1e-6;
 const IN_EVERY_PIECE: f64 = 3.0;
 
-/// Speeds of both halves that differ by less tell nothing of that.
+/// Speeds of both halves that differ by less tell nothing of that ..
 const APART: f64 = 1.5;
+
+/// .. and nothing of how the power grows with the speed.
+const FAR_APART: f64 = 4.0;
+
+/// Standard deviations by which it must have grown, and ratio of powers that are the same.
+const SURELY: f64 = 3.0;
+const SAME: f64 = 1.3;
 
 /// Spectra of pieces of a residual, and their average, of the slower half of them and of the faster.
 struct Halves {
@@ -57,6 +67,10 @@ pub(crate) struct Peak {
     pub(crate) share: f64,
     /// Its p-value in noise without it.
     pub(crate) p: f64,
+    /// Whether it surely has more power where the carriage is faster: what rolling strikes has.
+    pub(crate) is_rolled: bool,
+    /// Whether it has the same power at every speed: a hum of the mains has.
+    pub(crate) is_constant: bool,
 }
 
 impl Halves {
@@ -106,15 +120,23 @@ impl Halves {
         if !(self.apart > APART) || heights.iter().any(|height| !(*height > AT_EVERY_SPEED)) {
             return None;
         }
-        let share = |power: &[f64], height: f64| {
+        let of_peak = |power: &[f64], height: f64| {
             let around = &power[at.saturating_sub(2)..(at + 3).min(power.len())];
             let floor = power[at] / height;
-            around.iter().map(|x| (x - floor).max(0.0)).sum::<f64>() / power.iter().sum::<f64>()
+            around.iter().map(|x| (x - floor).max(0.0)).sum::<f64>()
         };
-        let shares: f64 = halves.iter().zip(heights).map(|(power, height)| share(power, height)).sum();
+        let [slow, fast] = [0, 1].map(|half| of_peak(halves[half], heights[half]));
+        let shares = slow / self.slow.iter().sum::<f64>() + fast / self.fast.iter().sum::<f64>();
         // P(mean of n unit exponentials > h) < exp(-n(h - 1 - ln h)); pieces overlap by half
         let nats: f64 = heights.iter().map(|h| 0.5 * self.pieces() as f64 * (h - 1.0 - h.ln())).sum();
-        Some(Peak { share: 0.5 * shares, p: (self.slow.len() as f64 * (-nats).exp()).min(1.0) })
+        // the logarithm of a mean of n unit exponentials scatters by 1/√n
+        let (grown, is_told) = ((fast / slow).ln(), self.apart > FAR_APART);
+        Some(Peak {
+            share: 0.5 * shares,
+            p: (self.slow.len() as f64 * (-nats).exp()).min(1.0),
+            is_rolled: is_told && grown > SURELY * (4.0 / self.pieces() as f64).sqrt(),
+            is_constant: is_told && grown.abs() < SAME.ln(),
+        })
     }
 
     /// Power of all pieces.
@@ -129,7 +151,11 @@ impl Spectra {
         let step_s = side.step_s() * rows.decimation() as f64;
         let longest = rows.groups.iter().map(ExactSizeIterator::len).max()?;
         let wanted = ((WINDOW_S / step_s) as usize).clamp(LEAST_WINDOW, MOST_WINDOW).next_power_of_two();
-        let window = if wanted > longest { (longest / 2 + 1).next_power_of_two() } else { wanted };
+        let mut window = if wanted > longest { (longest / 2 + 1).next_power_of_two() } else { wanted };
+        let pieces = |window: usize| rows.groups.iter().map(|group| 2 * group.len() / window).sum::<usize>();
+        while window > LEAST_WINDOW && pieces(window) < FEWEST_PIECES {
+            window /= 2;
+        }
         if window < LEAST_WINDOW || window > longest {
             return None;
         }
@@ -172,9 +198,9 @@ impl Spectra {
         let at = (hz * self.window_s).round() as usize;
         self.all.at_every_speed(at).or_else(|| {
             let of_run = |run: &Halves| {
-                let Peak { share, p } = run.at_every_speed(at).filter(|_| run.is_steady(at))?;
-                let p = p * self.runs.len() as f64;
-                (p < IN_ONE_RUN).then(|| Peak { share: share * run.power() / self.all.power(), p })
+                let peak = run.at_every_speed(at).filter(|_| run.is_steady(at))?;
+                let p = peak.p * self.runs.len() as f64;
+                (p < IN_ONE_RUN).then(|| Peak { share: peak.share * run.power() / self.all.power(), p, ..peak })
             };
             self.runs.iter().filter_map(of_run).min_by(|a, b| a.p.total_cmp(&b.p))
         })
