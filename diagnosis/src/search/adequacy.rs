@@ -44,7 +44,7 @@ const UNEVEN_BESIDE: f64 = 0.1;
 const LEAST: f64 = 30.0;
 
 /// .. and as a share of what all causes explain: less is what the form of a larger one leaves.
-const LEAST_SHARE: f64 = 0.04;
+pub(crate) const LEAST_SHARE: f64 = 0.04;
 
 /// Share of a cause's own force below which a block says nothing of its size.
 const SILENT: f64 = 1e-3;
@@ -149,6 +149,13 @@ fn numbers_at_their_end(source: &Source) -> Vec<&'static str> {
         .collect()
 }
 
+/// Whether a number that the minimal form has not lies at an end of what it can be.
+pub(crate) fn is_long_and_at_its_end(source: &Source) -> bool {
+    let Source::Mechanism { definition, .. } = source else { return false };
+    let minimal = definition.forms.first().map_or(&[][..], |form| form.shape);
+    numbers_at_their_end(source).iter().any(|name| minimal.iter().all(|parameter| parameter.name != *name))
+}
+
 /// Whether the end of a number alone is enough to doubt: friction of seals and churned grease that grows faster than any
 /// seal or grease does, a structure that is too damped to ring, a chain that takes more than its own radius to bend, a film
 /// that starves within a stroke or recovers at once or never.
@@ -162,5 +169,25 @@ fn is_telling(source: &Source, name: &str) -> bool {
         (Id::Starvation, "length_m") => !is_upper,
         (Id::Starvation, "recovery_s") => true,
         _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use simulation::mechanism::definition;
+
+    use super::*;
+
+    #[test]
+    fn only_a_number_that_the_minimal_form_has_not_is_given_up_at_its_end() {
+        let source = |id: Id, name: &str, at: f64| {
+            let definition = definition(id);
+            let form = definition.forms.iter().position(|form| form.name == name).expect("a form");
+            let shape = definition.forms[form].shape.iter().map(|parameter| parameter.at(at)).collect();
+            Source::Mechanism { definition, form, shape }
+        };
+        assert!(is_long_and_at_its_end(&source(Id::CableChain, "rolling", 1.0)));
+        assert!(!is_long_and_at_its_end(&source(Id::CableChain, "rolling", 0.5)));
+        assert!(!is_long_and_at_its_end(&source(Id::ViscousDrag, "minimal", 1.0)));
     }
 }

@@ -7,7 +7,7 @@ use crate::fit::rest::{noise_rms, shares, whiteness};
 use crate::noise::locks::least_of;
 use crate::noise::rows::Rows;
 use crate::numbers::statistics::rms;
-use crate::search::adequacy::{Doubt, doubts};
+use crate::search::adequacy::{self, Doubt, doubts};
 use crate::search::case::{Case, Given, rounding_n};
 use crate::search::found::{Causes, FAR, Found, again, amplitudes};
 use crate::search::open_set;
@@ -103,6 +103,7 @@ pub(crate) fn run<'s>(
         }
         let noise_n = noise_rms(&rows, &left);
         drop_small(&bench, &pool, &mut members);
+        shorten(&mut bench, &mut pool, &mut members);
         let doubts = doubted(&mut bench, &mut pool, &tolerances, &mut members, floor);
         // no further search, but what was found is to be true where it leads the law to
         if let Some(led) = self::led(case, &bench, &members, &values)? {
@@ -175,6 +176,21 @@ fn drop_small(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>) {
             Some(at) => members.remove(at),
             None => return,
         };
+    }
+}
+
+/// Replaces a form one of whose numbers lies at its end by the minimal one, where that number is none of it and the longer
+/// form adds no more than forms may be wrong by: the end says nothing of the cause then.
+fn shorten(bench: &mut Bench<'_>, pool: &mut Pool, members: &mut [Member]) {
+    for at in 0..members.len() {
+        let Beside { fit, own, gain, .. } = bench.beside(members, at);
+        if !adequacy::is_long_and_at_its_end(&own.source) {
+            continue;
+        }
+        let minimal = pool.minimal(bench, &own.source, &fit).map(|(minimal, gain)| (minimal.clone(), gain.nats));
+        if let Some((minimal, _)) = minimal.filter(|(_, nats)| *nats > (1.0 - adequacy::LEAST_SHARE) * gain.nats) {
+            members[at] = bench.take(minimal);
+        }
     }
 }
 
