@@ -103,17 +103,19 @@ pub(crate) fn unmask(
         let extra = raw_columns(&candidate.source, &side.contexts).unwrap_or_default();
         rows.learn(&saturation.rest(rows, &side.contexts, &mismatch, &tangent, &extra));
     }
+    // at the end of what its damping can be it is too damped to ring
+    let most = 0.99 * form.shape[1].to;
     let heard = plain.and_then(|spectra| {
         peaks.iter().find_map(|hz| {
             let peak = spectra.at_every_speed(*hz)?;
             let is_near = |shape: &[f64]| (hz - shape[0]).abs() < 1.5 / spectra.window_s + NEAR * hz;
             let struck = struck.as_ref().and_then(|(candidate, gain)| match &candidate.source {
-                Source::Mechanism { shape, .. } if is_near(shape) && gain.nats > STRUCK => {
+                Source::Mechanism { shape, .. } if is_near(shape) && shape[1] < most && gain.nats > STRUCK => {
                     Some((candidate, gain, shape[1]))
                 }
                 _ => None,
             });
-            if peak.is_constant || (struck.is_none() && !peak.is_rolled) {
+            if struck.is_none() && !peak.is_rolled {
                 return None;
             }
             let damping = struck.map_or(DAMPINGS[0], |(.., damping)| damping);

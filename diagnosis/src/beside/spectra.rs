@@ -40,9 +40,8 @@ const APART: f64 = 1.5;
 /// .. and nothing of how the power grows with the speed.
 const FAR_APART: f64 = 4.0;
 
-/// Standard deviations by which it must have grown, and ratio of powers that are the same.
+/// Standard deviations by which it must have grown.
 const SURELY: f64 = 3.0;
-const SAME: f64 = 1.3;
 
 /// Spectra of pieces of a residual, and their average, of the slower half of them and of the faster.
 struct Halves {
@@ -67,10 +66,8 @@ pub(crate) struct Peak {
     pub(crate) share: f64,
     /// Its p-value in noise without it.
     pub(crate) p: f64,
-    /// Whether it surely has more power where the carriage is faster: what rolling strikes has.
+    /// Whether it surely has more power where the carriage is faster: what rolling strikes has, a hum of the mains has not.
     pub(crate) is_rolled: bool,
-    /// Whether it has the same power at every speed: a hum of the mains has.
-    pub(crate) is_constant: bool,
 }
 
 impl Halves {
@@ -130,12 +127,11 @@ impl Halves {
         // P(mean of n unit exponentials > h) < exp(-n(h - 1 - ln h)); pieces overlap by half
         let nats: f64 = heights.iter().map(|h| 0.5 * self.pieces() as f64 * (h - 1.0 - h.ln())).sum();
         // the logarithm of a mean of n unit exponentials scatters by 1/√n
-        let (grown, is_told) = ((fast / slow).ln(), self.apart > FAR_APART);
+        let sure = SURELY * (4.0 / self.pieces() as f64).sqrt();
         Some(Peak {
             share: 0.5 * shares,
             p: (self.slow.len() as f64 * (-nats).exp()).min(1.0),
-            is_rolled: is_told && grown > SURELY * (4.0 / self.pieces() as f64).sqrt(),
-            is_constant: is_told && grown.abs() < SAME.ln(),
+            is_rolled: self.apart > FAR_APART && (fast / slow).ln() > sure,
         })
     }
 
