@@ -8,13 +8,14 @@ use simulation::mechanism::{Id, definition};
 
 use crate::beside::spectra::Spectra;
 use crate::calibration::{Calibrated, prior};
-use crate::fit::bench::{Bench, Candidate};
+use crate::fit::bench::{Bench, Candidate, Gain};
 use crate::fit::pool::grid;
 use crate::fit::refine::refine;
 use crate::fit::rest::power;
 use crate::fit::source::{Source, raw_columns};
 use crate::noise::rows::Rows;
 use crate::nominal::Nominal;
+use crate::recording::side::Side;
 
 /// Order of an autoregression that has room for the colour of friction, but hardly for a frequency.
 const SHORT: usize = 2;
@@ -70,19 +71,9 @@ pub(crate) fn unmask(
     let form = &definition.forms[0];
     let mut short = rows.clone();
     short.learn_up_to(left, SHORT);
-    // averages are blind to what rings between them
-    let fine = (rows.decimation() > 1).then(|| {
-        let mut fine = Rows::new(side.runs, training, 1);
-        fine.learn_up_to(left, SHORT);
-        fine
-    });
-    let seen = fine.as_ref().unwrap_or(&short);
-    let spectra = Spectra::of(&seen.white(left), seen, side);
-    let plain = Spectra::of(&seen.plain(left), seen, side);
-    let power_n2 = power(seen, left);
-    let peaks = spectra.as_ref().map_or_else(Vec::new, |it| it.peaks(form.shape[0].from, form.shape[0].to));
+    let listened = Listened::of(side, training, left, &short);
     let pointed: Vec<Vec<f64>> =
-        peaks.iter().flat_map(|hz| DAMPINGS.iter().map(move |damping| vec![*hz, *damping])).collect();
+        listened.peaks_hz.iter().flat_map(|hz| DAMPINGS.iter().map(move |damping| vec![*hz, *damping])).collect();
     let mismatch = side.residual(nominal, values)?;
     let tangent = side.tangent(nominal, values)?;
     let bench =
@@ -103,13 +94,49 @@ pub(crate) fn unmask(
         let extra = raw_columns(&candidate.source, &side.contexts).unwrap_or_default();
         rows.learn(&saturation.rest(rows, &side.contexts, &mismatch, &tangent, &extra));
     }
-    // at the end of what its damping can be it is too damped to ring
-    let most = 0.99 * form.shape[1].to;
-    let heard = plain.and_then(|spectra| {
-        peaks.iter().find_map(|hz| {
+    let heard = listened.heard(struck.as_ref());
+    Ok(Ringing { pointed, heard })
+}
+
+/// What is heard of a residual at the rate of its recording: averages are blind to what rings between them.
+struct Listened {
+    /// Frequencies that stand out of what a short autoregression leaves, the highest first.
+    peaks_hz: Vec<f64>,
+    /// Of the residual as it is.
+    spectra: Option<Spectra>,
+    power_n2: f64,
+    /// Whether the rows that are compared are averages of those that were listened to.
+    is_finer: bool,
+}
+
+impl Listened {
+    /// `left` has an entry a row of all runs; `short`: the rows that are compared, whitened by a short autoregression.
+    fn of(side: &Side<'_>, training: &[bool], left: &[f64], short: &Rows) -> Self {
+        let finest = (short.decimation() > 1).then(|| Rows::new(side.runs, training, 1));
+        let mut finer = finest.filter(|finest| finest.decimation() < short.decimation());
+        if let Some(finer) = &mut finer {
+            finer.learn_up_to(left, SHORT);
+        }
+        let rows = finer.as_ref().unwrap_or(short);
+        let [from_hz, to_hz] = range(0);
+        let whitened = Spectra::of(&rows.white(left), rows, side);
+        Listened {
+            peaks_hz: whitened.map_or_else(Vec::new, |spectra| spectra.peaks(from_hz, to_hz)),
+            spectra: Spectra::of(&rows.plain(left), rows, side),
+            power_n2: power(rows, left),
+            is_finer: finer.is_some(),
+        }
+    }
+
+    /// The highest peak at every speed that reversals strike too, or that rolling surely strikes.
+    fn heard(&self, struck: Option<&(Candidate, Gain)>) -> Option<Heard> {
+        let spectra = self.spectra.as_ref()?;
+        // at the end of what its damping can be it is too damped to ring
+        let most = 0.99 * range(1)[1];
+        self.peaks_hz.iter().find_map(|hz| {
             let peak = spectra.at_every_speed(*hz)?;
             let is_near = |shape: &[f64]| (hz - shape[0]).abs() < 1.5 / spectra.window_s + NEAR * hz;
-            let struck = struck.as_ref().and_then(|(candidate, gain)| match &candidate.source {
+            let struck = struck.and_then(|(candidate, gain)| match &candidate.source {
                 Source::Mechanism { shape, .. } if is_near(shape) && shape[1] < most && gain.nats > STRUCK => {
                     Some((candidate, gain, shape[1]))
                 }
@@ -123,12 +150,17 @@ pub(crate) fn unmask(
                 hz: *hz,
                 // a damped resonance is as broad as that, and the highest entry of its peak is anywhere within
                 half_width_hz: 0.5 / spectra.window_s + damping * hz,
-                power_n2: peak.share * power_n2,
+                power_n2: peak.share * self.power_n2,
                 p: peak.p,
-                is_averaged_out: fine.is_some(),
+                is_averaged_out: self.is_finer,
                 struck: struck.map(|(candidate, gain, _)| (candidate.source.clone(), gain.amplitudes.clone())),
             })
         })
-    });
-    Ok(Ringing { pointed, heard })
+    }
+}
+
+/// What a number of a resonance's shape can be: its frequency, Hz, or its damping.
+fn range(number: usize) -> [f64; 2] {
+    let parameter = &definition(Id::StructuralResonance).forms[0].shape[number];
+    [parameter.from, parameter.to]
 }

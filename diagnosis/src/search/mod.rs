@@ -52,6 +52,9 @@ const FURTHER: f64 = 0.02;
 /// others may leave as well; a shift, which those imitate, is none.
 const FURTHER_IF_EVEN: f64 = 0.005;
 
+/// Share of a drift's force below which a constant beside it is what its curve misses.
+const MISSED_BY_A_CURVE: f64 = 0.2;
+
 /// Share of the evidence for a bent rail below which a joint is part of how it is bent: no wave or table is as sharp as a rail
 /// may be, and a joint is the sharpest profile that there is. One of a third of the bend's force has more.
 const ONE_PROFILE: f64 = 0.1;
@@ -193,6 +196,7 @@ fn holds(bench: &Bench<'_>, pool: &Pool, candidate: &Candidate, gain: &Gain, mem
     }
     is_relevant(bench, candidate, gain, floor)
         && !is_of_one_profile(bench, candidate, gain, members)
+        && !is_missed_by_a_curve(bench, candidate, gain, members)
         && is_open(&bench.locks(candidate, gain, members), pool.kinds, pool.points_of(&candidate.source))
         && (!is_tiny || shows_beside_leavings(bench, pool, candidate, gain, members))
 }
@@ -203,6 +207,18 @@ fn is_of_one_profile(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, memb
         return false;
     };
     candidate.source.is(Id::RailJoint) && gain.nats < ONE_PROFILE * bench.beside(members, at).gain.nats
+}
+
+/// Whether a candidate is a constant that is small beside a drift: a curve of a few numbers does not start as steeply as a
+/// zero that settles.
+fn is_missed_by_a_curve(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, members: &[Member]) -> bool {
+    let is_constant = [Id::ForceOffset, Id::GravityTilt].iter().any(|id| candidate.source.is(*id));
+    let Some(drift) = members.iter().find(|member| member.candidate.source.is(Id::ForceDrift)) else { return false };
+    let fit = bench.fit_members(members);
+    let amplitudes: Vec<f64> = drift.base.iter().map(|column| fit.value_of(*column)).collect();
+    is_constant
+        && size_n(bench, &candidate.source, &gain.amplitudes)
+            < MISSED_BY_A_CURVE * size_n(bench, &drift.candidate.source, &amplitudes)
 }
 
 /// Whether a cause is real beside what the forms of others may leave, too.

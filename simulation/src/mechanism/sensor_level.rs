@@ -43,7 +43,6 @@ pub(super) const FORCE_DRIFT: Definition = Definition {
             name: "curved",
             shape: &[],
             amplitudes: &[
-                amplitude("start_n", "N", Free, 0.5),
                 amplitude("slope_n", "N", Free, 0.5),
                 amplitude("square_n", "N", Free, 0.5),
                 amplitude("cube_n", "N", Free, 0.5),
@@ -51,10 +50,10 @@ pub(super) const FORCE_DRIFT: Definition = Definition {
             columns: |context, _| {
                 let time = elapsed(context);
                 let power = |e: i32| context.rows(|n| (time[n] / 1000.0).powi(e));
-                shown(vec![power(0), power(1), power(2), power(3)])
+                shown(vec![power(1), power(2), power(3)])
             },
             phase_bound: false,
-            equation: "F = start + slope·τ + square·τ² + cube·τ³, τ = t/(1000 s): a zero that moves has moved before the first row",
+            equation: "F = slope·τ + square·τ² + cube·τ³, τ = t/(1000 s)",
         },
         Form {
             name: "settling",
