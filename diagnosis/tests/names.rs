@@ -228,3 +228,17 @@ fn a_block_that_runs_in_over_two_files_does_not_start_anew_with_the_second() {
     let length = found.mechanisms[0].parameters.iter().find(|number| number.name == "length_m").expect("it has one");
     assert!((5.0..8.0).contains(&length.value), "{length:?}");
 }
+
+#[test]
+fn a_joint_that_sharpens_a_bent_rail_is_part_of_the_bend_and_one_of_several_times_its_size_is_not() {
+    let named = |joint: f64| {
+        let course = strokes(&[0.02, 0.05, 0.1, 0.2], 0.6, 0.2, 3000.0);
+        let bend = added(Id::RailStraightness, 0, &[0.5], &[0.06, -0.03]);
+        let joint = added(Id::RailJoint, 0, &[0.31], &[joint]);
+        let found = diagnosis(&[recorded(course, &[bend, joint], nothing, 8)]);
+        found.mechanisms.iter().map(|found| found.id.clone()).collect::<Vec<String>>()
+    };
+    assert_eq!(named(0.04), ["rail-straightness"]);
+    let both = named(-0.3);
+    assert!(both.iter().any(|id| id == "rail-joint") && both.iter().any(|id| id == "rail-straightness"), "{both:?}");
+}
