@@ -1,10 +1,20 @@
 //! Periods in time at which a rest repeats: what another machine does on its own clock.
 //!
-//! As [`crate::fit::spectrum`] does for waves along the rail, one Fourier transform over the time tells every period. A clock's
-//! force has edges, so that its first orders are taken together.
+//! As [`crate::fit::spectrum`] does for waves along the rail, one Fourier transform over the time tells every period. A wave
+//! `g(t)·e^{iωt}` with the carrier `g` lowers the squared rest `r` by
+//!
+//! ```text
+//! |Σ r̃ g e^{-iωt}|²/|H(g cos ωt)|²
+//! ```
+//!
+//! `r̃` is the rest sent backwards through the noise filter `H`. The size of the wave behind the filter is taken at a few
+//! frequencies: a carrier that changes sign with the motion moves a slow wave to where the filter lets more through, which
+//! the filter's response alone does not tell. A clock's force has edges, so that its orders are taken together.
 
-use rustfft::FftPlanner;
+use std::sync::Arc;
+
 use rustfft::num_complex::Complex;
+use rustfft::{Fft, FftPlanner};
 
 use simulation::mechanism::Context;
 use simulation::run::{Part, Run};
@@ -20,20 +30,20 @@ const SHORTEST_S: f64 = 0.5;
 /// Periods that a recording must show, and the longest of its parts without a break: what comes once in every part is as
 /// likely to belong to the part.
 const PERIODS: f64 = 5.0;
-const PERIODS_OF_PART: f64 = 2.0;
+const PERIODS_OF_PART: f64 = 1.5;
 
-/// Orders that are taken together.
-const ORDERS: usize = 3;
+/// Orders that are taken together: what a clock's slow part shows above slow noise is in its edges.
+const ORDERS: usize = 8;
 
 /// Places of the transform a second, and how often the recording fits into it.
-const PER_S: f64 = 4.0 * ORDERS as f64 / SHORTEST_S;
-const PADDED: f64 = 4.0;
+const PER_S: f64 = 3.0 * ORDERS as f64 / SHORTEST_S;
+const PADDED: f64 = 2.0;
 
 /// Most places: along a recording of many hours the shortest period is a longer one.
 const MOST_BINS: usize = 1 << 20;
 
 /// Peaks that are pointed out for every carrier.
-const PEAKS: usize = 2;
+const PEAKS: usize = 3;
 
 /// Clocks whose frequency is refined, and what they must explain for that, nats: a third of what a curve with so many
 /// knots costs.
@@ -46,52 +56,134 @@ const LEAST_GAIN: f64 = 40.0;
 /// Carriers of what may repeat.
 const CARRIERS: [Carrier; 3] = [Carrier::Odd, Carrier::Drag, Carrier::Even];
 
-/// Clocks that what a fit leaves points to, refined, and the number of periods that were looked at.
-pub(crate) fn clocks(bench: &Bench<'_>, fit: &Fit) -> (Vec<Candidate>, usize) {
-    let times = || bench.contexts.iter().flat_map(|context| &context.run.time_s);
-    let power = bench.rows.power_weights();
-    let ends = times().zip(&power).filter(|(t, power)| **power > 0.0 && t.is_finite()).map(|(t, _)| *t);
-    let (start, end) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
-    let span = end - start;
-    if !(span > 2.0 * PERIODS * SHORTEST_S) {
-        return (Vec::new(), 1);
+/// Frequencies at which the size of waves is told.
+const SIZES: usize = 8;
+
+/// The periods that a recording may show, and how large a wave of each is behind the noise filter.
+pub(crate) struct Clocks {
+    start_s: f64,
+    span_s: f64,
+    transform: Arc<dyn Fft<f64>>,
+    bins: usize,
+    per_s: f64,
+    /// Frequencies that are looked at, in steps of [`Clocks::step_hz`], the least and one beyond the most.
+    first: usize,
+    last: usize,
+    waves: Vec<Waves>,
+}
+
+/// Waves on one carrier.
+struct Waves {
+    carrier: Carrier,
+    /// The carrier's value, one entry a row of all runs.
+    weight: Vec<f64>,
+    /// Logarithm of the squared size of a wave of 1 behind the noise filter, at frequencies in geometric steps.
+    ln_sizes: Vec<f64>,
+}
+
+impl Clocks {
+    /// `None` where the recording is too short for any.
+    pub(crate) fn new(bench: &Bench<'_>) -> Option<Self> {
+        let power = bench.rows.power_weights();
+        let ends = times(bench).zip(&power).filter(|(t, power)| **power > 0.0 && t.is_finite()).map(|(t, _)| t);
+        let (start_s, end) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
+        let span_s = end - start_s;
+        if !(span_s > 2.0 * PERIODS * SHORTEST_S) {
+            return None;
+        }
+        let per_s = PER_S.min(MOST_BINS as f64 / (PADDED * span_s));
+        let shortest_s = SHORTEST_S * PER_S / per_s;
+        let longest_s = (span_s / PERIODS).min(longest_part_s(bench) / PERIODS_OF_PART);
+        if !(longest_s > shortest_s) {
+            return None;
+        }
+        let bins = ((per_s * PADDED * span_s) as usize).next_power_of_two();
+        let transform = FftPlanner::new().plan_fft_forward(bins);
+        let mut clocks = Clocks { start_s, span_s, transform, bins, per_s, first: 0, last: 0, waves: Vec::new() };
+        clocks.first = (1.0 / longest_s / clocks.step_hz()).ceil() as usize;
+        clocks.last = (1.0 / shortest_s / clocks.step_hz()) as usize;
+        let wave = |n: usize| -> Vec<f64> {
+            let omega = std::f64::consts::TAU * clocks.of_size(n);
+            times(bench).map(|t| if t.is_finite() { (omega * (t - start_s)).sin() } else { 0.0 }).collect()
+        };
+        let bare: Vec<Vec<f64>> = (0..SIZES).map(wave).collect();
+        clocks.waves = CARRIERS.iter().map(|carrier| Waves::of(bench, *carrier, &bare)).collect();
+        Some(clocks)
     }
-    let per_s = PER_S.min(MOST_BINS as f64 / (PADDED * span));
-    let shortest_s = SHORTEST_S * PER_S / per_s;
-    let bins = ((per_s * PADDED * span) as usize).next_power_of_two();
-    let padded_s = bins as f64 / per_s;
-    let rest = bench.rows.backwards(&bench.rest(fit));
-    let longest_s = (span / PERIODS).min(longest_part_s(bench) / PERIODS_OF_PART);
-    let (first, last) = ((padded_s / longest_s).ceil() as usize, (padded_s / shortest_s) as usize);
-    if !(longest_s > shortest_s) {
-        return (Vec::new(), 1);
+
+    /// Number of periods that are looked at and differ.
+    pub(crate) fn tried(&self) -> usize {
+        CARRIERS.len() * (self.last - self.first) / PADDED as usize
     }
-    let transform = FftPlanner::new().plan_fft_forward(bins);
-    let mut found: Vec<Clock> = Vec::new();
-    for carrier in CARRIERS {
+
+    /// Clocks that what a fit leaves points to, refined.
+    pub(crate) fn pointed_out(&self, bench: &Bench<'_>, fit: &Fit) -> Vec<Candidate> {
+        let power = bench.rows.power_weights();
+        let rest = bench.rows.backwards(&bench.rest(fit));
+        let mut found: Vec<Clock> = Vec::new();
+        for waves in &self.waves {
+            let mut sums = vec![Complex::new(0.0, 0.0); self.bins];
+            for (row, t) in times(bench).enumerate().filter(|(row, t)| power[*row] > 0.0 && t.is_finite()) {
+                sums[(((t - self.start_s) * self.per_s) as usize).min(self.bins - 1)].re +=
+                    rest[row] * waves.weight[row];
+            }
+            self.transform.process(&mut sums);
+            let gains: Vec<f64> =
+                sums[..self.bins / 2].iter().enumerate().map(|(k, sum)| sum.norm_sqr() / self.size(waves, k)).collect();
+            let of_order =
+                |j: usize, order: usize| gains.get((order * j + ORDERS / 2) / ORDERS).copied().unwrap_or(0.0);
+            let together: Vec<f64> =
+                (self.first..self.last).map(|j| (1..=ORDERS).map(|order| of_order(j, order)).sum()).collect();
+            let highest = peaks(&together, PEAKS, PADDED as usize * ORDERS, LEAST_GAIN);
+            let near = |j: usize| Clock::at(bench, fit, (self.first + j) as f64 * self.step_hz(), waves.carrier);
+            found.extend(highest.into_iter().filter_map(near));
+        }
+        found.sort_by(|a, b| b.nats.total_cmp(&a.nats));
+        for clock in found.iter_mut().take(REFINED).filter(|clock| clock.nats > WORTH_REFINING) {
+            clock.refine(bench, fit, self.span_s);
+        }
+        found.into_iter().map(|clock| clock.candidate).collect()
+    }
+
+    /// Step of the frequencies that are looked at, Hz: a period is told by its highest order, as finely as that needs it.
+    fn step_hz(&self) -> f64 {
+        self.per_s / (self.bins * ORDERS) as f64
+    }
+
+    /// Frequency at which a size is told, Hz.
+    fn of_size(&self, n: usize) -> f64 {
+        let (low, high) = (self.first as f64, (self.last * ORDERS) as f64);
+        low * (high / low).powf(n as f64 / (SIZES - 1) as f64) * self.step_hz()
+    }
+
+    /// Squared size of a wave of 1 that has its peak in one of the transform's bins, mean over its phases.
+    fn size(&self, waves: &Waves, bin: usize) -> f64 {
+        let steps = (bin * ORDERS) as f64 / self.first as f64;
+        let steps = steps.ln() / ((self.last * ORDERS) as f64 / self.first as f64).ln() * (SIZES - 1) as f64;
+        let steps = steps.clamp(0.0, (SIZES - 1) as f64 - 1e-9);
+        let (low, share) = (steps as usize, steps.fract());
+        ((1.0 - share) * waves.ln_sizes[low] + share * waves.ln_sizes[low + 1]).exp()
+    }
+}
+
+impl Waves {
+    /// Of waves without a carrier, in the order of their frequencies.
+    fn of(bench: &Bench<'_>, carrier: Carrier, bare: &[Vec<f64>]) -> Self {
         let of_run = |context: &Context<'_>| (0..context.run.len()).map(|n| carrier.of(context, n)).collect::<Vec<_>>();
         let weight: Vec<f64> = bench.contexts.iter().flat_map(of_run).collect();
-        let mut sums = vec![Complex::new(0.0, 0.0); bins];
-        for (row, t) in times().enumerate().filter(|(row, t)| power[*row] > 0.0 && t.is_finite()) {
-            sums[(((t - start) * per_s) as usize).min(bins - 1)].re += rest[row] * weight[row];
-        }
-        transform.process(&mut sums);
-        let own: f64 = weight.iter().zip(&power).map(|(weight, power)| weight * weight * power).sum();
-        let gain = |k: usize| {
-            let response = bench.rows.response(k as f64 / padded_s * bench.step_s);
-            if response > 0.0 && own > 0.0 { sums[k].norm_sqr() / (0.5 * own * response) } else { 0.0 }
-        };
-        let together: Vec<f64> = (first..last).map(|k| (1..=ORDERS).map(|order| gain(order * k)).sum()).collect();
-        let highest = peaks(&together, PEAKS, 2 * PADDED as usize, LEAST_GAIN);
-        let near = |k: usize| Clock::at(bench, fit, (first + k) as f64 / padded_s, carrier);
-        found.extend(highest.into_iter().filter_map(near));
+        let carried: Vec<Vec<f64>> =
+            bare.iter().map(|wave| wave.iter().zip(&weight).map(|(x, weight)| x * weight).collect()).collect();
+        let white = bench.rows.white_all(&carried.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        let square = |x: &Vec<f32>| x.iter().map(|x| f64::from(*x) * f64::from(*x)).sum::<f64>();
+        // a carrier that is nothing has no size, and no rest lies along it
+        let ln_sizes = white.iter().map(|x| square(x).max(f64::MIN_POSITIVE).ln()).collect();
+        Waves { carrier, weight, ln_sizes }
     }
-    found.sort_by(|a, b| b.nats.total_cmp(&a.nats));
-    for clock in found.iter_mut().take(REFINED).filter(|clock| clock.nats > WORTH_REFINING) {
-        clock.refine(bench, fit, span);
-    }
-    let clocks = found.into_iter().map(|clock| clock.candidate).collect();
-    (clocks, CARRIERS.len() * (last - first) / PADDED as usize)
+}
+
+/// Clock of every row of all runs, s.
+fn times(bench: &Bench<'_>) -> impl Iterator<Item = f64> {
+    bench.contexts.iter().flat_map(|context| context.run.time_s.iter().copied())
 }
 
 /// Length of the longest part of a run without a break, s.
@@ -121,7 +213,7 @@ impl Clock {
 
     /// Moves to the frequency near it that explains most: edges ask for it more finely than the spectrum tells it.
     fn refine(&mut self, bench: &Bench<'_>, fit: &Fit, span_s: f64) {
-        let mut step = 0.25 / span_s;
+        let mut step = 0.125 / span_s;
         for _ in 0..4 {
             for side in [-1.0, 1.0] {
                 if let Some(other) = Clock::at(bench, fit, self.hz + side * step, self.carrier)

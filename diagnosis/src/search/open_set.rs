@@ -8,7 +8,7 @@ use crate::fit::pool::{Pool, Tolerances, ranked};
 use crate::fit::source::Source;
 use crate::fit::story::Axis;
 use crate::numbers::statistics::line;
-use crate::search::clock::clocks;
+use crate::search::clock::Clocks;
 use crate::search::{Floor, is_open, is_relevant, p_of};
 
 /// A curve must lead by this many nats ..
@@ -32,9 +32,10 @@ pub(crate) fn extend(
     members: &mut Vec<Member>,
     floor: Floor,
 ) -> f64 {
+    let clocks = Clocks::new(bench);
     let mut surest = 1.0f64;
     for _ in 0..2 {
-        let Some((better, p)) = best(bench, pool, tolerances, members, floor) else { return surest };
+        let Some((better, p)) = best(bench, pool, clocks.as_ref(), tolerances, members, floor) else { return surest };
         *members = better;
         surest = surest.min(p);
     }
@@ -44,6 +45,7 @@ pub(crate) fn extend(
 fn best(
     bench: &mut Bench<'_>,
     pool: &mut Pool,
+    clocks: Option<&Clocks>,
     tolerances: &Tolerances<'_>,
     members: &[Member],
     floor: Floor,
@@ -63,8 +65,8 @@ fn best(
     let mut curves: Vec<(Candidate, usize)> =
         leading.into_iter().map(|index| (pool.stories[index].clone(), 1)).collect();
     for fit in [&now, &law].into_iter().take(1 + usize::from(!members.is_empty())) {
-        let (clocks, tried) = clocks(bench, fit);
-        curves.extend(clocks.into_iter().map(|clock| (clock, tried)));
+        let pointed_out = clocks.iter().flat_map(|clocks| clocks.pointed_out(bench, fit));
+        curves.extend(pointed_out.map(|clock| (clock, clocks.map_or(1, Clocks::tried))));
     }
     for (curve, tried) in curves {
         if members.iter().any(|member| member.candidate.source.is_kin(&curve.source)) {
