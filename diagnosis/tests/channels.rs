@@ -145,6 +145,47 @@ fn a_clamp_on_another_machine_s_clock_is_unknown_with_its_period() {
 }
 
 #[test]
+fn a_clamp_is_heard_above_noise_that_remembers_and_that_noise_is_none() {
+    let simulation = simulation("");
+    let period_s = 5.37;
+    let of = |height_n: f64| {
+        let clamp = |t: f64, _: f64, _: f64| if t.rem_euclid(period_s) < 0.35 * period_s { height_n } else { 0.0 };
+        let mut run = recorded(&simulation, strokes(), clamp);
+        // for tenths of a second and for seconds
+        let mut noise = Noise::new(31, 0);
+        let (mut slow, mut slower) = (0.0, 0.0);
+        for force in &mut run.drag_force_n {
+            slow = 0.97 * slow + 0.24 * noise.gaussian();
+            slower = 0.998 * slower + 0.06 * noise.gaussian();
+            *force += NOISE_N * (slow + slower);
+        }
+        outcome(&run, &simulation).diagnosis
+    };
+    let found = of(1.0);
+    assert_eq!(ids(&found), ["unknown"]);
+    let [place] = found.regions.as_slice() else { panic!("{:?}", found.regions) };
+    assert!((place.from * period_s - 1.0).abs() < 5e-3, "{place:?}");
+    assert_eq!(ids(&of(0.0)), [""; 0]);
+}
+
+#[test]
+fn what_goes_with_the_time_of_a_recording_is_scored_there_and_not_carried_to_another() {
+    let simulation = simulation("");
+    let bump = |t: f64, _: f64, _: f64| 1.5 * (-((t - 60.0) / 20.0).powi(2)).exp();
+    let run = recorded(&simulation, strokes(), bump);
+    let own = outcome(&run, &simulation).diagnosis;
+    assert_eq!(ids(&own), ["unknown"]);
+    assert_eq!(own.regions[0].axis, "time");
+    assert!(own.holdout.rmse_after_n < 0.95 * own.holdout.rmse_calibrated_n, "{:?}", own.holdout);
+    let other = recorded(&simulation, strokes(), nothing);
+    let both = diagnose(std::slice::from_ref(&run), std::slice::from_ref(&other), &simulation, &Options::default());
+    let holdout = &both.diagnosis.holdout;
+    assert_eq!(ids(&both.diagnosis), ["unknown"]);
+    assert_eq!(holdout.rmse_after_n.to_bits(), holdout.rmse_calibrated_n.to_bits(), "{holdout:?}");
+    assert_eq!(both.diagnosis.mechanisms[0].carried_over, None);
+}
+
+#[test]
 fn a_force_that_no_cause_of_the_library_follows_gets_no_name() {
     let simulation = simulation("");
     // air, with the square of speed: faster than seals or grease
@@ -157,6 +198,8 @@ fn a_force_that_no_cause_of_the_library_follows_gets_no_name() {
     let wiper = |t: f64, _: f64, _: f64| if touches[(t / 0.7) as usize % touches.len()] { 1.5 } else { 0.0 };
     let found = outcome(&recorded(&simulation, strokes(), wiper), &simulation).diagnosis;
     assert_eq!(ids(&found), ["unknown"]);
+    // no curve follows it: the law is as it was calibrated
+    assert_eq!(found.holdout.rmse_after_n.to_bits(), found.holdout.rmse_calibrated_n.to_bits(), "{:?}", found.holdout);
 }
 
 #[test]

@@ -88,26 +88,39 @@ struct Scene<'a> {
 
 impl Scene<'_> {
     fn stages(&self, side: &Side<'_>, crosses: bool) -> Result<Stages, String> {
-        let mut after = side.residual(self.nominal, &self.found.with_shifts)?;
+        let calibrated = side.residual(self.nominal, self.law_only)?;
+        let mut after = match crosses && self.is_of_its_time() {
+            true => calibrated.clone(),
+            false => self.with_members(side, crosses)?,
+        };
+        let play = self.play.map(|play| play.force(&side.contexts)).unwrap_or_default();
+        after.iter_mut().zip(play).for_each(|(after, force)| *after -= force);
+        Ok(Stages { before: side.residual(self.nominal, &self.given)?, calibrated, after })
+    }
+
+    /// What the law beside the members and those leave.
+    fn with_members(&self, side: &Side<'_>, crosses: bool) -> Result<Vec<f64>, String> {
+        let mut left = side.residual(self.nominal, &self.found.with_shifts)?;
         for at in 0..self.found.members.len() {
             let force = match self.is_elsewhere(at, crosses) {
                 true => self.without_place(&side.contexts, at),
                 false => self.force(&side.contexts, at),
             };
-            for (after, force) in after.iter_mut().zip(force.unwrap_or_default()) {
-                *after -= force;
-            }
+            left.iter_mut().zip(force.unwrap_or_default()).for_each(|(left, force)| *left -= force);
         }
-        let play = self.play.map(|play| play.force(&side.contexts)).unwrap_or_default();
-        after.iter_mut().zip(play).for_each(|(after, force)| *after -= force);
-        let before = side.residual(self.nominal, &self.given)?;
-        Ok(Stages { before, calibrated: side.residual(self.nominal, self.law_only)?, after })
+        Ok(left)
     }
 
-    /// Whether a member is bound to places, or to a clock, that another recording does not share.
+    /// Whether all that was found is bound to the time of its recording: of another nothing is known but the law, which beside
+    /// such curves may be led far from it.
+    fn is_of_its_time(&self) -> bool {
+        self.found.members.iter().all(|member| is_of_its_time(&member.candidate.source))
+    }
+
+    /// Whether a member is bound to places, or to a time, that another recording does not share.
     fn is_elsewhere(&self, at: usize, crosses: bool) -> bool {
         let source = &self.found.members[at].candidate.source;
-        crosses && (is_clock(source) || (self.is_relative && source.is_phase_bound()))
+        crosses && (is_clock(source) || is_of_its_time(source) || (self.is_relative && source.is_phase_bound()))
     }
 
     /// Force of a member; `None` where no run shows it.
@@ -186,4 +199,9 @@ fn carriers(context: &Context<'_>) -> impl Iterator<Item = [f64; 4]> {
 /// Whether a cause follows a clock of which another recording does not tell the time.
 fn is_clock(source: &Source) -> bool {
     matches!(source, Source::Story { curve } if curve.axis == Axis::Clock)
+}
+
+/// Whether a curve follows the time that a recording took or the way that it went: another has its own.
+fn is_of_its_time(source: &Source) -> bool {
+    matches!(source, Source::Story { curve } if matches!(curve.axis, Axis::Time | Axis::Travel))
 }

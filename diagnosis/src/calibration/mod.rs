@@ -29,9 +29,6 @@ const ENOUGH: f64 = 2e-3;
 /// Way of a number that is tolerated, in its standard deviations.
 const TOLERATED: f64 = 3.0;
 
-/// A little more than is tolerated: where numbers are held, the last step may not have ended.
-const AND_MORE: f64 = 1.1;
-
 /// The law with its numbers moved.
 pub(crate) struct Calibrated<'a> {
     pub(crate) values: Vec<f64>,
@@ -151,14 +148,6 @@ fn tolerated(nominal: &Nominal, bench: &Bench<'_>, values: &[f64]) -> Vec<f64> {
             None => return next,
         }
     }
-}
-
-/// Whether every number is within what calibration alone may do, and a little more.
-pub(crate) fn is_tolerated(nominal: &Nominal, values: &[f64]) -> bool {
-    let is_within = |(value, parameter): (&f64, &Parameter)| {
-        parameter.sigma.is_none_or(|sigma| value.abs() <= AND_MORE * TOLERATED * sigma)
-    };
-    values.iter().zip(&nominal.parameters).all(is_within)
 }
 
 /// Longest way of a number from one choice of them to another.

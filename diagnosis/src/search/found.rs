@@ -2,7 +2,7 @@
 
 use simulation::mechanism::Id;
 
-use crate::calibration::{is_tolerated, moved, shifted, way};
+use crate::calibration::{moved, shifted, way};
 use crate::fit::bench::{Bench, Beside, Fit, Member, causes, without};
 use crate::fit::pool::{Pool, Tolerances};
 use crate::fit::source::Source;
@@ -130,10 +130,8 @@ impl<'s> Causes<'s> {
                     calibrated = there;
                 }
             }
-            // beyond its tolerance the law is off, and that would have a name
-            let is_astray = members.is_empty() && !is_tolerated(nominal, &calibrated);
-            if is_astray || is_worse(case, &bench, &members, &fit, (&calibrated, start))? {
-                // causes and law lead one another astray: the law stays where it was
+            if members.is_empty() || is_worse(case, &bench, &members, &fit, (&calibrated, start))? {
+                // nothing leads the law anywhere, or causes and law lead one another astray: it stays where it was
                 bench = case.around(&bench.rows, start)?;
                 members = again(&mut bench, members);
                 fit = bench.fit_members(&members).standing(&bench.fit_beside_law(&members));
