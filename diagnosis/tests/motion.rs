@@ -23,6 +23,13 @@ fn diagnosis(run: &Run, simulation: &Simulation) -> Diagnosis {
     diagnose(std::slice::from_ref(run), &[], simulation, &Options::default()).diagnosis
 }
 
+/// What is found where something rings beside a force, N, in white noise of 0.2 N.
+fn beside(force: &[f64], ringing: &[f64], run: &Run, simulation: &Simulation) -> Diagnosis {
+    let mut noise = Noise::new(6, 0);
+    let drag_force_n = force.iter().zip(ringing).map(|(f, x)| f + x + 0.2 * noise.gaussian()).collect();
+    diagnosis(&Run { drag_force_n, ..run.clone() }, simulation)
+}
+
 fn ids(diagnosis: &Diagnosis) -> Vec<&str> {
     diagnosis.mechanisms.iter().map(|found| found.id.as_str()).collect()
 }
@@ -74,19 +81,15 @@ fn a_structure_that_rolling_strikes_is_heard_and_what_sweeps_is_not_one() {
     let rate_hz = 500.0;
     let course = strokes(rate_hz);
     let force = simulation.force(&course.run, &course.motion).unwrap();
-    let with = |ringing: Vec<f64>| {
-        let mut noise = Noise::new(6, 0);
-        let drag_force_n = force.iter().zip(ringing).map(|(f, x)| f + x + 0.2 * noise.gaussian()).collect();
-        diagnosis(&Run { drag_force_n, ..course.run.clone() }, &simulation)
-    };
+    let with = |ringing: &[f64]| beside(&force, ringing, &course.run, &simulation);
     for damping in [0.015, 0.04] {
-        let found = with(struck(&course, rate_hz, damping, |_| 47.0, true));
+        let found = with(&struck(&course, rate_hz, damping, |_| 47.0, true));
         assert_eq!(ids(&found), ["structural-resonance"], "{damping}");
         let frequency = found.mechanisms[0].parameters.iter().find(|number| number.name == "frequency_hz").unwrap();
         assert!(frequency.ci95[0] <= 47.0 && 47.0 <= frequency.ci95[1], "{damping}: {frequency:?}");
     }
     // once a second from 42 to 52 Hz, as a machine beside it that starts up
-    let found = with(struck(&course, rate_hz, 0.015, |n| 42.0 + 10.0 * (n as f64 / rate_hz).fract(), false));
+    let found = with(&struck(&course, rate_hz, 0.015, |n| 42.0 + 10.0 * (n as f64 / rate_hz).fract(), false));
     assert!(!ids(&found).contains(&"structural-resonance"), "{:?}", ids(&found));
 }
 
@@ -123,13 +126,8 @@ fn a_structure_is_heard_between_the_averages_that_a_derived_motion_asks_for() {
     let rate_hz = 1000.0;
     let course = strokes(rate_hz);
     let force = simulation.force(&course.run, &course.motion).unwrap();
-    let with = |ringing: Vec<f64>| {
-        let mut noise = Noise::new(6, 0);
-        let drag_force_n = force.iter().zip(ringing).map(|(f, x)| f + x + 0.2 * noise.gaussian()).collect();
-        let run = Run { drag_force_n, velocity_m_s: None, acceleration_m_s2: None, ..course.run.clone() };
-        diagnosis(&run, &simulation)
-    };
-    let found = with(struck(&course, rate_hz, 0.02, |_| 47.0, true));
+    let run = Run { velocity_m_s: None, acceleration_m_s2: None, ..course.run.clone() };
+    let found = beside(&force, &struck(&course, rate_hz, 0.02, |_| 47.0, true), &run, &simulation);
     assert_eq!(ids(&found), ["structural-resonance"], "{:#?}", found.mechanisms);
 }
 
@@ -140,14 +138,10 @@ fn a_structure_is_heard_beside_what_reversals_show_better_and_a_hum_is_none() {
     let course = strokes(rate_hz);
     let late = format!("{AXIS}\n[[mechanism]]\nid = \"force-lowpass\"\ntime_s = 0.004\npart = 1.0\n");
     let force = Simulation::from_toml(&late).unwrap().force(&course.run, &course.motion).unwrap();
-    let with = |ringing: Vec<f64>| {
-        let mut noise = Noise::new(6, 0);
-        let drag_force_n = force.iter().zip(ringing).map(|(f, x)| f + x + 0.2 * noise.gaussian()).collect();
-        diagnosis(&Run { drag_force_n, ..course.run.clone() }, &simulation)
-    };
-    let found = with(struck(&course, rate_hz, 0.015, |_| 47.0, true));
+    let with = |ringing: &[f64]| beside(&force, ringing, &course.run, &simulation);
+    let found = with(&struck(&course, rate_hz, 0.015, |_| 47.0, true));
     assert!(ids(&found).contains(&"structural-resonance"), "{:#?}", found.mechanisms);
     let hum = (0..course.run.len()).map(|n| 0.4 * (std::f64::consts::TAU * 50.0 * n as f64 / rate_hz + 0.3).sin());
-    let found = with(hum.collect());
+    let found = with(&hum.collect::<Vec<f64>>());
     assert!(!ids(&found).contains(&"structural-resonance"), "{:#?}", found.mechanisms);
 }

@@ -203,22 +203,26 @@ fn holds(bench: &Bench<'_>, pool: &Pool, candidate: &Candidate, gain: &Gain, mem
 
 /// Whether a candidate is a joint that only sharpens the profile of a rail that is bent anyway.
 fn is_of_one_profile(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, members: &[Member]) -> bool {
+    if !candidate.source.is(Id::RailJoint) {
+        return false;
+    }
     let Some(at) = members.iter().position(|member| member.candidate.source.is(Id::RailStraightness)) else {
         return false;
     };
-    candidate.source.is(Id::RailJoint) && gain.nats < ONE_PROFILE * bench.beside(members, at).gain.nats
+    gain.nats < ONE_PROFILE * bench.beside(members, at).gain.nats
 }
 
 /// Whether a candidate is a constant that is small beside a drift: a curve of a few numbers does not start as steeply as a
 /// zero that settles.
 fn is_missed_by_a_curve(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, members: &[Member]) -> bool {
-    let is_constant = [Id::ForceOffset, Id::GravityTilt].iter().any(|id| candidate.source.is(*id));
+    if ![Id::ForceOffset, Id::GravityTilt].iter().any(|id| candidate.source.is(*id)) {
+        return false;
+    }
     let Some(drift) = members.iter().find(|member| member.candidate.source.is(Id::ForceDrift)) else { return false };
     let fit = bench.fit_members(members);
     let amplitudes: Vec<f64> = drift.base.iter().map(|column| fit.value_of(*column)).collect();
-    is_constant
-        && size_n(bench, &candidate.source, &gain.amplitudes)
-            < MISSED_BY_A_CURVE * size_n(bench, &drift.candidate.source, &amplitudes)
+    size_n(bench, &candidate.source, &gain.amplitudes)
+        < MISSED_BY_A_CURVE * size_n(bench, &drift.candidate.source, &amplitudes)
 }
 
 /// Whether a cause is real beside what the forms of others may leave, too.
