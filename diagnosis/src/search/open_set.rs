@@ -58,7 +58,9 @@ fn best(
     // curves that lead beside the names, and curves that lead alone: a wrong name hides the curve it imitates
     let mut leading: Vec<usize> = Vec::new();
     for fit in [&now, &law] {
-        leading.extend(ranked(bench, &mut pool.stories, fit, tolerances).iter().take(4).map(|(index, _)| *index));
+        let all = ranked(bench, &mut pool.stories, fit, tolerances);
+        let nameless = all.iter().map(|(index, _)| *index).filter(|index| !has_names(&pool.stories[*index].source));
+        leading.extend(nameless.take(4));
     }
     leading.sort_unstable();
     leading.dedup();
@@ -96,6 +98,11 @@ fn best(
         && is_open(&locks, kinds, tried)
         && (!is_clock || locks.ln_e > SURE_OF_CLOCK);
     opens.then(|| (with, p_of(&locks, kinds, tried)))
+}
+
+/// Whether the library has a cause for each column of a curve: what differs by direction is a constant and an asymmetry.
+fn has_names(source: &Source) -> bool {
+    matches!(source, Source::Story { curve } if curve.axis == Axis::Direction)
 }
 
 /// What the freedom of the members costs, nats.
