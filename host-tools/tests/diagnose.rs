@@ -100,6 +100,30 @@ fn seals_that_were_left_out_are_named_modelled_and_found_once() {
     assert_eq!((status, &again["verdict"]), (Some(0), &Value::from("match")), "{again:#}");
 }
 
+/// What calibration moves of the preload is exported as the scale of its column, too, and goes with recordings that have none.
+#[test]
+fn what_is_exported_takes_a_recording_without_a_preload() {
+    let folder = folder("no-preload");
+    let [simulation, augmented] = ["sim.toml", "augmented.toml"].map(|name| folder.join(name));
+    fs::write(&simulation, SIMULATION).unwrap();
+    let concealed = format!("{SIMULATION}[[mechanism]]\nid = \"force-offset\"\noffset_n = 2.0\n");
+    let whole = fs::read_to_string(record(&folder, &concealed, "4")).unwrap();
+    let place = whole.lines().next().unwrap().split(',').position(|name| name == "preload_n").unwrap();
+    let bare = folder.join("bare.csv").display().to_string();
+    // the part at 3000 N, as the simulation says, without the column that says so
+    let parts = whole.lines().filter(|line| [Some("preload_n"), Some("3000")].contains(&line.split(',').nth(place)));
+    let without = |line: &str| {
+        let cells: Vec<&str> = line.split(',').enumerate().filter(|(n, _)| *n != place).map(|(_, cell)| cell).collect();
+        cells.join(",") + "\n"
+    };
+    fs::write(&bare, parts.map(without).collect::<String>()).unwrap();
+    let (status, found, _) = diagnose(&[&bare], &simulation, &["--export", augmented.to_str().unwrap()]);
+    assert_eq!((status, &found["mechanisms"][0]["id"]), (Some(1), &Value::from("force-offset")), "{found:#}");
+    assert!(fs::read_to_string(&augmented).unwrap().contains("\"preload_n:"), "calibration moved no preload");
+    let (status, again, stderr) = diagnose(&[&bare], &augmented, &[]);
+    assert_eq!((status, &again["verdict"]), (Some(0), &Value::from("match")), "{again:#} {stderr}");
+}
+
 /// What the page of formats shows for copying is a simulation file, and its keys are all there are.
 #[test]
 fn the_page_of_formats_is_true() {

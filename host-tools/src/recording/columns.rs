@@ -102,15 +102,17 @@ impl Header {
     /// The column that is to be read as `name`, mapped or by its own name; `None` when there is none.
     ///
     /// # Errors
-    /// [`Unusable`] when a mapping names a column that is not there, or a name stands twice.
+    /// [`Unusable`] when a mapping names a column that is not there and needed, or a name stands twice.
     pub(super) fn wanted(&self, name: &str, need: Need, mappings: &[Mapping]) -> Result<Option<Wanted>, Unusable> {
         let Some(mapping) = mappings.iter().find(|mapping| mapping.name == name) else {
             return Ok(self.find(name)?.map(|place| Wanted::plain(name.to_owned(), place, need)));
         };
         let column = &mapping.column;
-        let place = self.find(column)?;
-        let place =
-            place.ok_or_else(|| self.missing(column, &format!(" (asked for by --column {name}={column}:...)")))?;
+        let place = match self.find(column)? {
+            Some(place) => place,
+            None if !mapping.is_needed => return Ok(None),
+            None => return Err(self.missing(column, &format!(" (asked for by --column {name}={column}:...)"))),
+        };
         Ok(Some(Wanted {
             name: name.to_owned(),
             place,

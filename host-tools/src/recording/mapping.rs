@@ -14,6 +14,8 @@ pub struct Mapping {
     pub scale: f64,
     /// What is added after that, in the unit of `name`. Finite.
     pub offset: f64,
+    /// Whether a file without that column is refused. What only scales a column of its own name has nothing to do there.
+    pub is_needed: bool,
 }
 
 /// Why a mapping or a selection cannot be meant.
@@ -52,7 +54,9 @@ pub enum MappingError {
 }
 
 impl Mapping {
-    /// A mapping from the two halves of an entry `NAME = "COLUMN[:SCALE[:OFFSET]]"`, as a simulation file has them.
+    /// A mapping from the two halves of an entry `NAME = "COLUMN[:SCALE[:OFFSET]]"`, as a simulation file has them. A
+    /// simulation goes with many recordings: where it scales a column by its own name, as a calibrated preload, one without
+    /// that column is not refused.
     ///
     /// # Errors
     /// [`MappingError`] when one of the names is empty or a number is none.
@@ -76,7 +80,7 @@ impl Mapping {
         if scale == 0.0 {
             return Err(MappingError::ZeroScale(name));
         }
-        Ok(Mapping { column: column.to_owned(), scale, offset, name })
+        Ok(Mapping { column: column.to_owned(), scale, offset, is_needed: column != name, name })
     }
 }
 
@@ -85,7 +89,7 @@ impl FromStr for Mapping {
 
     fn from_str(text: &str) -> Result<Self, MappingError> {
         let (name, rest) = text.split_once('=').ok_or_else(|| MappingError::NoName(text.to_owned()))?;
-        Mapping::new(name, rest)
+        Ok(Mapping { is_needed: true, ..Mapping::new(name, rest)? })
     }
 }
 
@@ -140,6 +144,7 @@ mod tests {
             column: column.to_owned(),
             scale,
             offset,
+            is_needed: true,
         };
         for (text, expected) in [
             ("drag_force_n=gtau:35.15", mapping("drag_force_n", "gtau", 35.15, 0.0)),
@@ -149,6 +154,7 @@ mod tests {
             assert_eq!(text.parse(), Ok(expected));
         }
         assert_eq!(Mapping::new("a", "b:2"), Ok(mapping("a", "b", 2.0, 0.0)));
+        assert_eq!(Mapping::new("a", "a:2"), Ok(Mapping { is_needed: false, ..mapping("a", "a", 2.0, 0.0) }));
     }
 
     #[test]
