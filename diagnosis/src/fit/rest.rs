@@ -21,10 +21,16 @@ pub(crate) fn whiteness(bench: &Bench<'_>, fit: &Fit) -> f64 {
 /// Shares of the causes: what each adds to the force that all explain together beyond the law's parameters.
 pub(crate) fn shares(rows: &Rows, tangent: &[Vec<f64>], forces: &[Vec<f64>], explained: f64) -> Vec<f64> {
     let plain: Vec<Vec<f64>> = forces.iter().map(|force| beyond(rows, tangent, force)).collect();
-    let sum: Vec<f64> = (0..rows.len()).map(|n| plain.iter().map(|force| force[n]).sum()).collect();
-    let parts: Vec<f64> = plain.iter().map(|force| dot(force, &sum).max(1e-3 * dot(force, force))).collect();
+    among(&plain.iter().map(Vec::as_slice).collect::<Vec<_>>()).iter().map(|share| explained * share).collect()
+}
+
+/// Shares of forces in their sum, 1 together; none is negative.
+pub(crate) fn among(forces: &[&[f64]]) -> Vec<f64> {
+    let rows = forces.first().map_or(0, |force| force.len());
+    let sum: Vec<f64> = (0..rows).map(|n| forces.iter().map(|force| force[n]).sum()).collect();
+    let parts: Vec<f64> = forces.iter().map(|force| dot(force, &sum).max(1e-3 * dot(force, force))).collect();
     let total: f64 = parts.iter().sum();
-    parts.iter().map(|part| if total > 0.0 { explained * part / total } else { 0.0 }).collect()
+    parts.iter().map(|part| if total > 0.0 { part / total } else { 0.0 }).collect()
 }
 
 /// Compared rows of a force, without what the law's parameters imitate.

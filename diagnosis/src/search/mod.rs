@@ -287,7 +287,7 @@ fn imitable(bench: &Bench<'_>, candidate: &Candidate, members: &[Member]) -> f64
 }
 
 /// Whether a candidate could follow what the form of a member leaves.
-fn may_leave(member: &Member, candidate: &Candidate) -> bool {
+pub(crate) fn may_leave(member: &Member, candidate: &Candidate) -> bool {
     candidate.source.is_phase_bound() || !is_periodic(&member.candidate.source)
 }
 

@@ -3,7 +3,7 @@
 use crate::calibration::{moved, shifted, way};
 use crate::fit::bench::{Bench, Beside, Member, causes};
 use crate::fit::pool::{Pool, Tolerances};
-use crate::fit::rest::{noise_rms, shares, whiteness};
+use crate::fit::rest::{among, beyond, noise_rms, whiteness};
 use crate::noise::locks::least_of;
 use crate::noise::rows::Rows;
 use crate::numbers::statistics::rms;
@@ -154,14 +154,21 @@ pub(crate) fn irrelevant_n(case: &Case<'_>, rows: &Rows, mismatch: &[f64]) -> Re
     Ok(inexact_n.max(simulation.tolerance.relevance * rms(&rows.plain(&side.drag_n))))
 }
 
-/// Drops, the smallest first, members that carry next to nothing of what all explain together.
+/// Drops, the smallest first, members that carry next to nothing of what explains together with them: all whose form may
+/// leave what they follow.
 fn drop_small(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>) {
     while members.len() > 1 {
         let fit = bench.fit_members(members);
         let amplitudes = amplitudes(members, &fit);
+        let force = |(member, x): (&Member, &Vec<f64>)| bench.force(&member.candidate.source, x);
         let forces: Vec<Vec<f64>> =
-            members.iter().zip(&amplitudes).map(|(member, x)| bench.force(&member.candidate.source, x)).collect();
-        let shares = shares(&bench.rows, &bench.tangent, &forces, 1.0);
+            members.iter().zip(&amplitudes).map(|pair| beyond(&bench.rows, &bench.tangent, &force(pair))).collect();
+        let share = |at: usize| {
+            let leaving = |other: &usize| *other != at && search::may_leave(&members[*other], &members[at].candidate);
+            let others = (0..members.len()).filter(leaving).map(|other| forces[other].as_slice());
+            among(&std::iter::once(forces[at].as_slice()).chain(others).collect::<Vec<_>>())[0]
+        };
+        let shares: Vec<f64> = (0..members.len()).map(share).collect();
         let least = |at: usize| {
             if bench.is_spoken_for(&members[at].candidate.source) {
                 return 0.0;
