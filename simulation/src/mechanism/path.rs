@@ -83,7 +83,8 @@ impl Path {
         };
         self.starts[rows.start] = true;
         let first = rows.clone().map(sign).find(|s| *s != 0.0).unwrap_or(1.0);
-        let moving = sign(rows.start) != 0.0;
+        let sets_out = sets_out(run, motion, rows.start);
+        let moving = sign(rows.start) != 0.0 && !sets_out;
         let mut direction = first;
         // place of the last start; unknown where the part starts in motion
         let mut start: Option<f64> = (!moving).then(|| x[rows.start]);
@@ -91,7 +92,7 @@ impl Path {
         let mut resting: Option<f64> = (!moving).then(|| time[rows.start]);
         let mut furthest = x[rows.start];
         for n in rows.clone() {
-            let now = sign(n);
+            let now = if n == rows.start && sets_out { 0.0 } else { sign(n) };
             self.at_rest[n] = now == 0.0;
             let before = if n > rows.start { x[n - 1] } else { x[n] };
             let mut step = direction * (x[n] - before);
@@ -126,4 +127,11 @@ impl Path {
         }
         travelled
     }
+}
+
+/// Whether the carriage sets out from rest in a row: it would have stood still within a row before. Means over a window see
+/// motion there.
+fn sets_out(run: &Run, motion: &Motion, row: usize) -> bool {
+    let (speed, gain) = (motion.velocity_m_s[row], motion.acceleration_m_s2[row] * run.step_s());
+    speed.abs() <= gain.abs()
 }

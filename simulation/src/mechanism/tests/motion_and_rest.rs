@@ -66,6 +66,24 @@ fn memory_restarts_with_a_part_and_travel_goes_on() {
     assert_eq!(context.dwell_s[7000], 0.0);
 }
 
+/// A recording that begins as the carriage sets out begins at rest, whatever a window of rows sees there; one that begins in
+/// motion does not know how far it has come.
+#[test]
+fn a_recording_may_begin_as_the_carriage_sets_out() {
+    for (position, since_m) in [
+        (&(|t: f64| 0.1 + 0.5 * t * t) as &dyn Fn(f64) -> f64, 0.5 * 0.1 * 0.1),
+        (&|t: f64| 0.1 - 0.5 * t * t, 0.5 * 0.1 * 0.1),
+        (&|t: f64| 0.1 + 0.02 * t + 0.5 * t * t, FAR_M),
+        (&|t: f64| 0.1 + 0.05 * t, FAR_M),
+    ] {
+        let run = moved(0.5, |t| (position(t) / 1e-7).round() * 1e-7);
+        let motion = Motion::of(&run);
+        let context = Context::of(&simulations()[1], &run, &motion).expect("complete");
+        assert_eq!(context.at_rest[0], since_m < FAR_M);
+        assert!((context.since_reversal_m[100] - since_m).abs() < 1e-6, "{}", context.since_reversal_m[100]);
+    }
+}
+
 #[test]
 fn the_law_s_derivatives_are_those_of_the_law() {
     use crate::law::Factors;
