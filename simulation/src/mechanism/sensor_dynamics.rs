@@ -15,7 +15,7 @@ pub(super) const FORCE_LOWPASS: Definition = Definition {
             name: "minimal",
             shape: &[ratio("time_s", "s", 5e-4, 0.2, 8)],
             amplitudes: &[whole("part", 0.1)],
-            columns: |context, shape| filtered(context, *shape.first()?, 1),
+            columns: |context, shape| filtered(context, &context.steady.force_n, *shape.first()?, 1),
             phase_bound: false,
             equation: "F = part·(y - F_law), time·dy/dt = F_law - y",
         },
@@ -23,9 +23,17 @@ pub(super) const FORCE_LOWPASS: Definition = Definition {
             name: "second-order",
             shape: &[ratio("time_s", "s", 5e-4, 0.2, 8)],
             amplitudes: &[whole("part", 0.1)],
-            columns: |context, shape| filtered(context, *shape.first()?, 2),
+            columns: |context, shape| filtered(context, &context.steady.force_n, *shape.first()?, 2),
             phase_bound: false,
             equation: "as minimal, two such filters in a row",
+        },
+        Form {
+            name: "held",
+            shape: &[ratio("time_s", "s", 5e-4, 0.2, 8)],
+            amplitudes: &[whole("part", 0.1)],
+            columns: |context, shape| filtered(context, &held_at_rest(context), *shape.first()?, 1),
+            phase_bound: false,
+            equation: "as minimal, of a carriage that is held at rest by the force it stopped with",
         },
     ],
     axis: "acceleration",
@@ -37,8 +45,8 @@ pub(super) const FORCE_LOWPASS: Definition = Definition {
     simplicity: 3,
 };
 
-fn filtered(context: &Context<'_>, time: f64, order: usize) -> Option<Columns> {
-    let force = &context.steady.force_n;
+/// What filters of a force leave of it, less the force.
+fn filtered(context: &Context<'_>, force: &[f64], time: f64, order: usize) -> Option<Columns> {
     let mut out = held(force);
     for _ in 0..order {
         out = lag(context, &out, time);
@@ -57,7 +65,8 @@ pub(super) const TIME_MISALIGNMENT: Definition = Definition {
             amplitudes: &[amplitude("delay_s", "s", Free, 2e-3)],
             columns: |context, _| {
                 let reach = context.run.step_s();
-                let (late, early) = (shifted(context, reach), shifted(context, -reach));
+                let of = |delay| shifted(context, &context.steady.force_n, delay);
+                let (late, early) = (of(reach), of(-reach));
                 shown(vec![context.rows(|n| (late[n] - early[n]) / (2.0 * reach))])
             },
             phase_bound: false,
@@ -68,11 +77,22 @@ pub(super) const TIME_MISALIGNMENT: Definition = Definition {
             shape: &[steps("delay_s", "s", -0.05, 0.05, 25)],
             amplitudes: &[whole("part", 0.1)],
             columns: |context, shape| {
-                let late = shifted(context, *shape.first()?);
+                let late = shifted(context, &context.steady.force_n, *shape.first()?);
                 shown(vec![context.rows(|n| late[n] - context.steady.force_n[n])])
             },
             phase_bound: false,
             equation: "F = part·(F_law(t - delay) - F_law(t))",
+        },
+        Form {
+            name: "held-shift",
+            shape: &[steps("delay_s", "s", -0.05, 0.05, 25)],
+            amplitudes: &[whole("part", 0.1)],
+            columns: |context, shape| {
+                let late = shifted(context, &held_at_rest(context), *shape.first()?);
+                shown(vec![context.rows(|n| late[n] - context.steady.force_n[n])])
+            },
+            phase_bound: false,
+            equation: "as shift, of a carriage that is held at rest by the force it stopped with",
         },
     ],
     axis: "acceleration",
@@ -83,9 +103,16 @@ pub(super) const TIME_MISALIGNMENT: Definition = Definition {
     simplicity: 2,
 };
 
-/// The law's force `delay` earlier, within the part; straight between rows.
-fn shifted(context: &Context<'_>, delay: f64) -> Vec<f64> {
-    let (force, time) = (held(&context.steady.force_n), &context.run.time_s);
+/// The law's force of a carriage that is held at rest by the force it stopped with. The law itself has none there: what a
+/// drive does until it starts again is not friction's to say.
+fn held_at_rest(context: &Context<'_>) -> Vec<f64> {
+    let moving = |(force, direction): (&f64, &f64)| if *direction == 0.0 { f64::NAN } else { *force };
+    held(&context.steady.force_n.iter().zip(&context.steady.direction).map(moving).collect::<Vec<_>>())
+}
+
+/// A force `delay` earlier, within the part; straight between rows.
+fn shifted(context: &Context<'_>, force: &[f64], delay: f64) -> Vec<f64> {
+    let (force, time) = (held(force), &context.run.time_s);
     let mut out = vec![0.0; context.len()];
     for part in &context.run.parts {
         let Some(last) = part.rows.end.checked_sub(1) else { continue };

@@ -94,6 +94,18 @@ fn a_delay_is_a_delay_and_its_small_form_its_slope() {
     assert!((early[5000] - (of(5.0123) - of(5.0))).abs() < 1e-4);
 }
 
+/// At rest the law has no force: a late channel shows either none, or what the carriage stopped with.
+#[test]
+fn a_late_channel_shows_a_rest_late() {
+    let mut run = recorded(3000, 1e-3, |_| 20.0);
+    let moving = |speed: f64| (0..3000).map(|n| if (1000..2000).contains(&n) { 0.0 } else { speed }).collect();
+    (run.velocity_m_s, run.simulated_force_n) = (Some(moving(0.1)), Some(moving(20.0)));
+    let rows = [990, 1005, 1020, 1500, 2005, 2020];
+    let of = |form| rows.map(|n| column(&run, Id::TimeMisalignment, form, &[0.01])[n]);
+    assert_eq!(of(1), [0.0, 20.0, 0.0, 0.0, -20.0, 0.0]);
+    assert_eq!(of(2), [0.0, 20.0, 20.0, 20.0, 0.0, 0.0]);
+}
+
 #[test]
 fn the_force_channel_ends_counts_scales_and_drifts() {
     let of = |t: f64| 50.0 * t.sin();
