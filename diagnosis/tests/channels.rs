@@ -4,6 +4,7 @@
 use diagnosis::report::{Diagnosis, Verdict};
 use diagnosis::{Options, Outcome, diagnose};
 use simulation::Simulation;
+use simulation::motion::Motion;
 use simulation::profile::{Conditions, Course, Order, Staircase};
 use simulation::run::{Break, Part, Run};
 use simulation::sensor::Noise;
@@ -447,4 +448,74 @@ fn one_fault_of_the_sensor_is_not_two_numbers_of_the_law() {
         let set: Vec<&str> = std::iter::once(&named.id).chain(&named.equivalents).map(String::as_str).collect();
         assert!(set.contains(&"force-offset") && set.contains(&"gravity-tilt"), "{offset_n} N: {set:?}");
     }
+}
+
+/// Strokes to and fro that never rest, at 500 Hz: a period in s and half a stroke in m.
+fn to_and_fro(strokes: &[(f64, f64)]) -> Course {
+    let (rate_hz, seconds) = (500.0, 20.0);
+    let rows = (seconds * rate_hz) as usize;
+    let position = |n: usize| {
+        let (period_s, half_m) = strokes[n / rows];
+        0.3 + half_m * (1.0 - (std::f64::consts::TAU * (n % rows) as f64 / rate_hz / period_s).cos())
+    };
+    let all = rows * strokes.len();
+    let run = Run {
+        time_s: (0..all).map(|n| n as f64 / rate_hz).collect(),
+        position_m: Some((0..all).map(|n| (position(n) * 1e7).round() / 1e7).collect()),
+        drag_force_n: vec![0.0; all],
+        parts: vec![Part { rows: 0..all, segment: None, starts: Break::Start }],
+        ..Run::default()
+    };
+    let motion = Motion::of(&run);
+    Course { run, motion }
+}
+
+/// What a channel makes of the force of a drive that holds its force while the carriage rests.
+fn held(run: &Run, moving: &[f64], channel: impl Fn(&[f64]) -> Vec<f64>) -> Run {
+    let mut last = moving.iter().copied().find(|force| *force != 0.0).unwrap_or(0.0);
+    let held: Vec<f64> = moving
+        .iter()
+        .map(|force| {
+            last = if *force == 0.0 { last } else { *force };
+            last
+        })
+        .collect();
+    let mut noise = Noise::new(7, 0);
+    let drag_force_n = channel(&held).iter().map(|force| force + NOISE_N * noise.gaussian()).collect();
+    Run { drag_force_n, ..run.clone() }
+}
+
+#[test]
+fn a_force_that_is_late_by_rows_is_late_and_no_noise_at_the_turns() {
+    let simulation = simulation("");
+    let course = to_and_fro(&[(10.0, 0.1), (5.0, 0.1), (2.0, 0.08), (1.0, 0.05)]);
+    let force = simulation.force(&course.run, &course.motion).unwrap();
+    for rows in [5, 15] {
+        let late = |force: &[f64]| (0..force.len()).map(|n| force[n.saturating_sub(rows)]).collect();
+        let found = outcome(&held(&course.run, &force, late), &simulation).diagnosis;
+        let first = &found.mechanisms[0];
+        assert_eq!(first.id, "time-misalignment", "{found:#?}");
+        let delay = first.parameters.iter().find(|parameter| parameter.name == "delay_s").unwrap();
+        assert!((delay.value - rows as f64 / 500.0).abs() < 1e-3, "{delay:?}");
+        assert!(found.holdout.rmse_after_n < 0.25 * found.holdout.rmse_calibrated_n, "{:?}", found.holdout);
+    }
+}
+
+#[test]
+fn a_filter_is_found_where_the_drive_holds_its_force_at_rest() {
+    let simulation = simulation("");
+    let course = strokes();
+    let force = simulation.force(&course.run, &course.motion).unwrap();
+    let filtered = |force: &[f64]| {
+        let (mut y, keep) = (force[0], (-0.005f64 / 0.02).exp());
+        let next = |u: &f64| {
+            y = keep * y + (1.0 - keep) * u;
+            y
+        };
+        force.iter().map(next).collect()
+    };
+    let found = outcome(&held(&course.run, &force, filtered), &simulation).diagnosis;
+    assert_eq!(ids(&found), ["force-lowpass"], "{found:#?}");
+    let time = found.mechanisms[0].parameters.iter().find(|parameter| parameter.name == "time_s").unwrap();
+    assert!((time.value / 0.02 - 1.0).abs() < 0.2, "{time:?}");
 }

@@ -1,11 +1,12 @@
 //! What nothing explains: the residual of a fit of all that could be explained.
 //!
-//! Every curve along every axis takes part, beside the law's tangent. The curves hang on the runs alone, so that their
-//! columns and inner products are made once.
+//! Every curve along every axis takes part, beside the law's tangent, and so does one over the time since a turn: a force
+//! that is late or filtered is wrong there for a few rows, by far more than noise, and is no noise. The curves hang on the
+//! runs alone, so that their columns and inner products are made once.
 
 use simulation::mechanism::Context;
 
-use crate::fit::story::Curve;
+use crate::fit::story::{Axis, Curve};
 use crate::noise::rows::Rows;
 use crate::numbers::linear::{Cholesky, Symmetric, products};
 
@@ -19,7 +20,7 @@ const RIDGE: f64 = 1e-6;
 
 /// See the module.
 pub(crate) struct Saturation {
-    pub(crate) curves: Vec<Curve>,
+    curves: Vec<Curve>,
     columns: Vec<Vec<f32>>,
     products: Symmetric,
 }
@@ -27,7 +28,8 @@ pub(crate) struct Saturation {
 impl Saturation {
     /// `compared`: rows of all runs that knots are laid over, one entry each.
     pub(crate) fn new(rows: &Rows, contexts: &[Context<'_>], compared: &[bool]) -> Self {
-        let curves = Curve::all(contexts, compared);
+        let mut curves = Curve::all(contexts, compared);
+        curves.extend(Curve::since_turn(contexts));
         let mut columns = Vec::new();
         for curve in &curves {
             let mut of_runs = vec![Vec::new(); curve.len()];
@@ -41,6 +43,11 @@ impl Saturation {
         let mut all = Symmetric::zeros(columns.len());
         fill(&mut all, &columns, 0);
         Saturation { curves, columns, products: all }
+    }
+
+    /// Curves along the axes of the contract.
+    pub(crate) fn stories(&self) -> impl Iterator<Item = &Curve> {
+        self.curves.iter().filter(|curve| curve.axis != Axis::SinceTurn)
     }
 
     /// What the law's tangent, every curve and `extra` leave of a mismatch, row by row of all runs.

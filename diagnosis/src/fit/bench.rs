@@ -115,8 +115,8 @@ pub(crate) struct Bench<'a> {
     /// Precision and pull of the tangent's columns.
     prior: Vec<(f64, f64)>,
     pub(crate) tangent: Vec<Vec<f64>>,
-    /// Whitened square of the largest force that a cause may have: one that is larger than all that was measured only
-    /// cancels against others.
+    /// Whitened square of the largest force that a cause may have: one that is larger than all that was measured and all that
+    /// is missing only cancels against others. A force that turns late is missing at every turn, twice as often as it turns.
     pub(crate) largest: f64,
     /// Whether the zero of the positions is that of this recording alone: a table over them would say nothing of the next.
     pub(crate) is_relative: bool,

@@ -23,6 +23,11 @@ pub(crate) struct Tolerances<'a> {
     pub(crate) moved: &'a [f64],
 }
 
+/// Causes all of whose forms are there from the start, because the minimal one may show nothing where another shows all: a
+/// force that is late by several rows is no slope times a delay, and what a filter makes of a start depends on what the
+/// drive did at rest.
+const FROM_THE_START: [Id; 2] = [Id::TimeMisalignment, Id::ForceLowpass];
+
 /// Everything that may be taken up, whitened.
 pub(crate) struct Pool {
     pub(crate) causes: Vec<Candidate>,
@@ -40,10 +45,10 @@ pub(crate) struct Pool {
 }
 
 impl Pool {
-    pub(crate) fn new(
+    pub(crate) fn new<'c>(
         bench: &Bench<'_>,
         tolerances: &Tolerances<'_>,
-        curves: &[Curve],
+        curves: impl Iterator<Item = &'c Curve>,
         ringing: Option<&[Vec<f64>]>,
     ) -> Self {
         let mut causes = Vec::new();
@@ -76,8 +81,13 @@ impl Pool {
         }
         causes.extend(shifts(bench, tolerances));
         kinds += tolerances.nominal.parameters.iter().filter(|parameter| parameter.can_shift()).count();
-        let stories = bench.candidates(curves.iter().map(|curve| Source::Story { curve: curve.clone() }));
-        Pool { causes, stories, kinds, waves, span_m, spectra: Vec::new(), whole: Vec::new() }
+        let stories = bench.candidates(curves.map(|curve| Source::Story { curve: curve.clone() }));
+        let mut pool =
+            Pool { causes, stories, kinds, waves, span_m, spectra: Vec::new(), whole: FROM_THE_START.to_vec() };
+        for definition in library().iter().filter(|definition| FROM_THE_START.contains(&definition.id)) {
+            pool.add_richer(bench, definition, &|_| None);
+        }
+        pool
     }
 
     /// The same for another bench of the same runs and the same noise: columns stay, the law is another.
@@ -160,17 +170,22 @@ impl Pool {
             known_shape.get(at).copied()
         };
         self.whole.push(definition.id);
-        for (form, what) in definition.forms.iter().enumerate() {
-            if bench.is_relative && what.shape.iter().any(|parameter| parameter.search == Search::StrokeStart) {
+        if definition.forms.iter().any(is_wave) && !self.waves.iter().any(|wave| wave.id == definition.id) {
+            self.tune(bench, left, definition, &mut Vec::new());
+        }
+        self.add_richer(bench, definition, &shared);
+    }
+
+    /// Adds the richer forms of a cause over grids of their shapes, but for waves.
+    fn add_richer(&mut self, bench: &Bench<'_>, definition: &'static Definition, known: &dyn Fn(&str) -> Option<f64>) {
+        for (form, what) in definition.forms.iter().enumerate().skip(1) {
+            let is_of_stroke = what.shape.iter().any(|parameter| parameter.search == Search::StrokeStart);
+            if what.shape.is_empty() || is_wave(what) || (bench.is_relative && is_of_stroke) {
                 continue;
             }
-            if is_wave(what) && !self.waves.iter().any(|wave| wave.id == definition.id) {
-                self.tune(bench, left, definition, &mut Vec::new());
-            } else if form > 0 && !what.shape.is_empty() && !is_wave(what) {
-                let shapes = grid_around(what, MOST_POINTS_OF_RICHER, span(bench), &shared);
-                let source = |shape| Source::Mechanism { definition, form, shape };
-                self.causes.extend(bench.candidates(shapes.into_iter().map(source)));
-            }
+            let shapes = grid_around(what, MOST_POINTS_OF_RICHER, span(bench), known);
+            let source = |shape| Source::Mechanism { definition, form, shape };
+            self.causes.extend(bench.candidates(shapes.into_iter().map(source)));
         }
     }
 

@@ -56,6 +56,9 @@ pub(crate) enum Axis {
     Dwell,
     /// Time within a period: what follows another machine's clock. Found by spectrum, hence not among [`Axis::ALL`].
     Clock,
+    /// Time since the carriage has set out or turned. No axis of the contract: it keeps what a channel makes of a turn out
+    /// of the noise.
+    SinceTurn,
 }
 
 impl Axis {
@@ -89,6 +92,7 @@ impl Axis {
             Axis::ReversalDistance => "reversal-distance",
             Axis::Dwell => "dwell",
             Axis::Clock => "frequency",
+            Axis::SinceTurn => "time since a turn",
         }
     }
 
@@ -102,7 +106,7 @@ impl Axis {
             Axis::Velocity => "m/s",
             Axis::Load | Axis::Preload => "N",
             Axis::Position | Axis::Travel | Axis::ReversalDistance => "m",
-            Axis::Time | Axis::Dwell | Axis::Clock => "s",
+            Axis::Time | Axis::Dwell | Axis::Clock | Axis::SinceTurn => "s",
             Axis::Temperature | Axis::TemperatureDifference => "degC",
             Axis::Acceleration => "m/s2",
         }
@@ -131,6 +135,7 @@ impl Axis {
             Axis::ReversalDistance => Some(context.since_reversal_m.clone()),
             Axis::Dwell => Some(context.dwell_s.clone()),
             Axis::Clock => Some(run.time_s.clone()),
+            Axis::SinceTurn => Some(since_turn_s(context)),
         }
     }
 
@@ -146,7 +151,7 @@ impl Axis {
             knots
         };
         match self {
-            Axis::Direction | Axis::Clock => Vec::new(),
+            Axis::Direction | Axis::Clock | Axis::SinceTurn => Vec::new(),
             Axis::ReversalDistance => vec![0.0, 2e-5, 5e-5, 1e-4, 2e-4, 4e-4, 1e-3],
             Axis::Dwell => vec![0.0, 0.3, 1.0, 3.0, 10.0, 100.0, 1000.0],
             Axis::Position => uniform(24),
@@ -167,6 +172,25 @@ impl Axis {
         }
     }
 }
+
+/// Time since the direction of motion last changed, of every row of a run; not a number where that was before its part.
+fn since_turn_s(context: &Context<'_>) -> Vec<f64> {
+    let (direction, time_s) = (&context.steady.direction, &context.run.time_s);
+    let mut out = vec![f64::NAN; time_s.len()];
+    for part in &context.run.parts {
+        let mut turned_s = f64::NAN;
+        for n in part.rows.clone().skip(1) {
+            if direction[n] != direction[n - 1] {
+                turned_s = time_s[n];
+            }
+            out[n] = time_s[n] - turned_s;
+        }
+    }
+    out
+}
+
+/// Rows since a turn at which its curve has knots.
+const SINCE_TURN: [f64; 10] = [0.0, 1.0, 2.0, 3.0, 5.0, 8.0, 13.0, 21.0, 34.0, 55.0];
 
 /// Knots of a curve that repeats.
 const CLOCK_KNOTS: usize = 12;
@@ -215,6 +239,13 @@ impl Curve {
             curves.extend(carriers.iter().map(|carrier| Curve { axis, carrier: *carrier, knots: knots.clone() }));
         }
         curves
+    }
+
+    /// What follows every turn for some rows. `None` where the runs do not all have rows of a time.
+    pub(crate) fn since_turn(contexts: &[Context<'_>]) -> Option<Curve> {
+        let step_s = contexts.iter().map(|context| context.run.step_s()).fold(0.0, f64::max);
+        let knots = SINCE_TURN.iter().map(|rows| rows * step_s).collect();
+        (step_s > 0.0).then_some(Curve { axis: Axis::SinceTurn, carrier: Carrier::Drag, knots })
     }
 
     /// One column a knot, over the rows of one run; zeros where the run does not show the axis.
@@ -280,7 +311,7 @@ impl Curve {
     /// Far from a reversal, and without a rest before, there is nothing left of either.
     fn idle_knot(&self) -> Option<usize> {
         match self.axis {
-            Axis::ReversalDistance => Some(self.knots.len() - 1),
+            Axis::ReversalDistance | Axis::SinceTurn => Some(self.knots.len() - 1),
             Axis::Dwell => Some(0),
             _ => None,
         }

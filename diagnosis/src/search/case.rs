@@ -58,7 +58,8 @@ impl<'s> Case<'s> {
         bench.is_relative = simulation.axis.position_reference == PositionReference::Relative;
         bench.seen_from_m = self.seen_from_m;
         bench.edges = edges;
-        bench.largest = rows.white(&side.drag_n).iter().map(|x| f64::from(*x) * f64::from(*x)).sum();
+        let square = |force: &[f64]| rows.white(force).iter().map(|x| f64::from(*x) * f64::from(*x)).sum::<f64>();
+        bench.largest = square(&side.drag_n) + square(&mismatch);
         Ok(bench)
     }
 

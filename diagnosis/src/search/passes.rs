@@ -46,7 +46,7 @@ pub(crate) fn prepared(
 ) -> Pool {
     match kept.take().filter(|(of, _)| of.whiten_alike(rows)) {
         Some((_, pool)) => pool.again(bench, tolerances),
-        None => Pool::new(bench, tolerances, &case.saturation.curves, case.given.ringing),
+        None => Pool::new(bench, tolerances, case.saturation.stories(), case.given.ringing),
     }
 }
 
