@@ -14,7 +14,7 @@ use crate::fit::story::Axis;
 
 /// Standard deviation of what a form is wrong by, of its force, along each polynomial: two of it are the seventh behind
 /// [`FURTHER`](crate::search).
-const WRONG: f64 = 0.07;
+pub(super) const WRONG: f64 = 0.07;
 
 /// Axes along which forms are wrong, and the highest polynomial along each.
 const ALONG: [(Axis, usize); 6] = [

@@ -49,8 +49,9 @@ const ALPHA: f64 = 0.01;
 const FURTHER: f64 = 0.02;
 
 /// Share of all evidence below which that is not enough, and a cause must show beside what the [forms](crate::search::leavings) of
-/// others may leave as well; a shift, which those imitate, is none.
-const FURTHER_IF_EVEN: f64 = 0.005;
+/// others may leave as well: three standard deviations of what a form is wrong by, in square. A shift so small, which those
+/// imitate, is none.
+const FURTHER_IF_EVEN: f64 = 9.0 * leavings::WRONG * leavings::WRONG;
 
 /// Share of a drift's force below which a constant beside it is what its curve misses.
 const MISSED_BY_A_CURVE: f64 = 0.2;
