@@ -11,6 +11,9 @@ use crate::run::Run;
 /// Noise in a derived velocity that is accepted, of the run's RMS velocity.
 const VELOCITY_NOISE: f64 = 2e-3;
 
+/// Part of the variance of normal numbers that is left without the largest twentieth.
+const LEFT_OF_VARIANCE: f64 = 0.7588;
+
 /// Longest window, rows to either side.
 const MAX_REACH: usize = 50;
 
@@ -87,16 +90,16 @@ impl Motion {
 /// Rows to either side so that the slope of `column` per row is known to `noise`:
 /// a slope fitted to N rows has the standard deviation `σ sqrt(12/N³)`.
 fn reach(column: &[f64], parts: &[Range<usize>], noise: f64) -> usize {
-    // third differences of a smooth motion vanish; those of white noise have 20 times its variance
-    let (mut sum, mut count) = (0.0, 0usize);
+    // third differences of a smooth motion vanish; those of white noise have 20 times its variance. Those of a jerk are large
+    // and no noise: the largest twentieth has no say
+    let mut squares: Vec<f64> = Vec::new();
     for rows in parts {
-        for w in column[rows.clone()].windows(4) {
-            let d = w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0];
-            sum += d * d;
-            count += 1;
-        }
+        squares.extend(column[rows.clone()].windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).powi(2)));
     }
-    let sigma = if count == 0 { 0.0 } else { (sum / (20.0 * count as f64)).sqrt() };
+    squares.sort_unstable_by(f64::total_cmp);
+    squares.truncate(squares.len() - squares.len() / 20);
+    let mean = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
+    let sigma = (mean / (20.0 * LEFT_OF_VARIANCE)).sqrt();
     let rows = if noise > 0.0 { (12.0 * (sigma / noise) * (sigma / noise)).cbrt() } else { 0.0 };
     ((0.5 * rows).ceil() as usize).clamp(2, MAX_REACH)
 }
