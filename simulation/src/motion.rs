@@ -225,6 +225,13 @@ mod tests {
         }
     }
 
+    /// To and fro at one speed, turning within a row, is as smooth as its encoder.
+    #[test]
+    fn hard_turns_are_no_noise() {
+        let there = |t: f64| 0.1 * (1.0 - (4.0 * t).rem_euclid(2.0)).abs();
+        assert_eq!(Motion::of(&run(|t| (there(t) / 1e-7).round() * 1e-7)).reach, 2);
+    }
+
     #[test]
     fn position_comes_back_from_velocity() {
         let mut run = run(|_| 0.0);
