@@ -1,8 +1,8 @@
 //! What nothing explains: the residual of a fit of all that could be explained.
 //!
-//! Every curve along every axis takes part, beside the law's tangent, and so does one over the time since a turn: a force
-//! that is late or filtered is wrong there for a few rows, by far more than noise, and is no noise. The curves hang on the
-//! runs alone, so that their columns and inner products are made once.
+//! Every curve along every axis takes part, beside the law's tangent. One over the time since a turn does where it follows
+//! most of what the others leave: a force that is late or filtered is wrong there for a few rows, by far more than noise, and
+//! is no noise. The curves hang on the runs alone, so that their columns and inner products are made once.
 
 use simulation::mechanism::Context;
 
@@ -18,8 +18,12 @@ const AVERAGED: usize = 4;
 /// Share of a column's square that keeps what single precision leaves of the difference of overlapping curves out.
 const RIDGE: f64 = 1e-6;
 
+/// Part of what the other curves leave, in square, that the one over the time since a turn must follow to take part.
+const MOST: f64 = 0.5;
+
 /// See the module.
 pub(crate) struct Saturation {
+    /// The one over the time since a turn comes last.
     curves: Vec<Curve>,
     columns: Vec<Vec<f32>>,
     products: Symmetric,
@@ -74,7 +78,9 @@ impl Saturation {
             a.add(i, i, ridge);
         }
         let all: Vec<&[f32]> = columns.iter().map(Vec::as_slice).collect();
-        let x = Cholesky::of(&a).solve(&products(&all, &[&averaged(rows, mismatch)]));
+        let plain = averaged(rows, mismatch);
+        let b = products(&all, &[&plain]);
+        let x = self.heights(&a, &b, products(&[&plain], &[&plain])[0]);
         let mut residual = mismatch.to_vec();
         let mut heights = x.as_slice();
         for curve in &self.curves {
@@ -93,6 +99,34 @@ impl Saturation {
             }
         }
         residual
+    }
+}
+
+impl Saturation {
+    /// Heights of the columns whose inner products are `a`, fitted to what has the products `b` with them and `square` with
+    /// itself; 0 of the curve over the time since a turn where it does not follow most of what the others leave.
+    fn heights(&self, a: &Symmetric, b: &[f64], square: f64) -> Vec<f64> {
+        let x = Cholesky::of(a).solve(b);
+        let Some(turn) = self.curves.last().filter(|curve| curve.axis == Axis::SinceTurn) else { return x };
+        let of_turn = self.columns.len() - turn.len()..self.columns.len();
+        let others: Vec<usize> = (0..b.len()).filter(|at| !of_turn.contains(at)).collect();
+        let mut a_of_others = Symmetric::zeros(others.len());
+        for (i, at) in others.iter().enumerate() {
+            for (j, other) in others[..=i].iter().enumerate() {
+                a_of_others.set(i, j, a.get(*at, *other));
+            }
+        }
+        let b_of_others: Vec<f64> = others.iter().map(|at| b[*at]).collect();
+        let without = Cholesky::of(&a_of_others).solve(&b_of_others);
+        let left = |x: &[f64], b: &[f64]| square - x.iter().zip(b).map(|(x, b)| x * b).sum::<f64>();
+        if left(&x, b) < (1.0 - MOST) * left(&without, &b_of_others) {
+            return x;
+        }
+        let mut heights = vec![0.0; b.len()];
+        for (at, height) in others.into_iter().zip(without) {
+            heights[at] = height;
+        }
+        heights
     }
 }
 

@@ -49,9 +49,12 @@ const ALPHA: f64 = 0.01;
 const FURTHER: f64 = 0.02;
 
 /// Share of all evidence below which that is not enough, and a cause must show beside what the [forms](crate::search::leavings) of
-/// others may leave as well: three standard deviations of what a form is wrong by, in square. A shift so small, which those
+/// others may leave as well: two standard deviations of what a form is wrong by, in square. A shift so small, which those
 /// imitate, is none.
-const FURTHER_IF_EVEN: f64 = 9.0 * leavings::WRONG * leavings::WRONG;
+const FURTHER_IF_EVEN: f64 = 4.0 * leavings::WRONG * leavings::WRONG;
+
+/// The same of a wave along the rail, which no form leaves.
+const FURTHER_WAVE: f64 = 0.005;
 
 /// Share of a drift's force below which a constant beside it is what its curve misses.
 const MISSED_BY_A_CURVE: f64 = 0.2;
@@ -191,7 +194,8 @@ fn holds(bench: &Bench<'_>, pool: &Pool, candidate: &Candidate, gain: &Gain, mem
     if bench.is_spoken_for(&candidate.source) {
         return is_relevant(bench, candidate, gain, floor);
     }
-    let is_tiny = gain.nats < FURTHER_IF_EVEN * (imitable(bench, candidate, members) + gain.nats);
+    let tiny = if is_periodic(&candidate.source) { FURTHER_WAVE } else { FURTHER_IF_EVEN };
+    let is_tiny = gain.nats < tiny * (imitable(bench, candidate, members) + gain.nats);
     if matches!(candidate.source, Source::Shift { .. }) {
         return !is_tiny && gain.score > (pool.kinds as f64).ln();
     }
