@@ -33,7 +33,7 @@ enum Which {
     FreeViscous,
     FreeOffset,
     FreeMass,
-    /// Windows of how often the reach of differentiation.
+    /// Windows of how often the reach of the acceleration.
     FastAcceleration(usize),
 }
 
@@ -274,7 +274,7 @@ impl Nominal {
             Which::FreeMass => Some(motion.acceleration_m_s2.clone()),
             Which::FastAcceleration(reaches) => {
                 let mass = self.simulation.axis.moved_mass_kg.filter(|mass| *mass > 0.0).unwrap_or(1.0);
-                Some(fast(run, motion, reaches * motion.reach).into_iter().map(|a| mass * a).collect())
+                Some(fast(run, motion, reaches * motion.acceleration_reach).into_iter().map(|a| mass * a).collect())
             }
             _ => None,
         }

@@ -2,7 +2,9 @@
 //!
 //! Derivatives are those of the parabola fitted to the rows around (Savitzky and Golay 1964), never across the border
 //! of a part. The window is as short as the noise of the encoder allows: noise in velocity falls with the 1.5th power
-//! of its length, and what happens within it is lost.
+//! of its length, and what happens within it is lost. That of a second derivative falls with the 2.5th power and is far
+//! larger: where the acceleration comes from positions it has a window of its own, which grows row by row as far as
+//! the motion is smooth.
 
 use std::ops::Range;
 
@@ -10,6 +12,12 @@ use crate::run::Run;
 
 /// Noise in a derived velocity that is accepted, of the run's RMS velocity.
 const VELOCITY_NOISE: f64 = 2e-3;
+
+/// Noise in a derived acceleration that is accepted, of the run's RMS acceleration.
+const ACCELERATION_NOISE: f64 = 0.03;
+
+/// Standard deviations of a shorter window's acceleration within which a longer one says the same.
+const ALIKE: f64 = 3.0;
 
 /// Part of the variance of normal numbers that is left without the largest twentieth.
 const LEFT_OF_VARIANCE: f64 = 0.7588;
@@ -26,8 +34,10 @@ pub struct Motion {
     pub velocity_m_s: Vec<f64>,
     /// Acceleration, m/s²: as measured, else derived.
     pub acceleration_m_s2: Vec<f64>,
-    /// Rows to either side of a row that its derivatives come from.
+    /// Rows to either side of a row that its velocity comes from.
     pub reach: usize,
+    /// Most rows to either side of a row that its acceleration comes from.
+    pub acceleration_reach: usize,
     /// Whether the position was measured.
     pub has_position: bool,
 }
@@ -52,16 +62,22 @@ impl Motion {
             None => integral(&run.time_s, &velocity_m_s, &parts),
         };
         let derived = || match &run.velocity_m_s {
-            Some(velocity) => slope(&run.time_s, velocity, &parts, reach),
-            None => bend(&run.time_s, &position_m, &parts, reach),
+            Some(velocity) => (reach, slope(&run.time_s, velocity, &parts, reach)),
+            None => smooth_bend(&run.time_s, &position_m, &parts, step_s, reach),
         };
-        let mut acceleration_m_s2 = run.acceleration_m_s2.clone().unwrap_or_else(derived);
-        if acceleration_m_s2.iter().any(|a| !a.is_finite()) {
-            // a cell that was not measured does not take the others with it
-            let missing = acceleration_m_s2.iter_mut().zip(derived()).filter(|(a, _)| !a.is_finite());
-            missing.for_each(|(a, derived)| *a = derived);
-        }
-        Motion { position_m, velocity_m_s, acceleration_m_s2, reach, has_position: run.position_m.is_some() }
+        let (acceleration_reach, acceleration_m_s2) = match run.acceleration_m_s2.clone() {
+            None => derived(),
+            Some(mut measured) => {
+                if measured.iter().any(|a| !a.is_finite()) {
+                    // a cell that was not measured does not take the others with it
+                    let missing = measured.iter_mut().zip(derived().1).filter(|(a, _)| !a.is_finite());
+                    missing.for_each(|(a, derived)| *a = derived);
+                }
+                (reach, measured)
+            }
+        };
+        let has_position = run.position_m.is_some();
+        Motion { position_m, velocity_m_s, acceleration_m_s2, reach, acceleration_reach, has_position }
     }
 }
 
@@ -81,6 +97,7 @@ impl Motion {
             velocity_m_s: slope(&run.time_s, &position_m, &parts, reach),
             acceleration_m_s2: bend(&run.time_s, &position_m, &parts, reach),
             reach,
+            acceleration_reach: reach,
             has_position: run.position_m.is_some(),
             position_m,
         }
@@ -90,18 +107,26 @@ impl Motion {
 /// Rows to either side so that the slope of `column` per row is known to `noise`:
 /// a slope fitted to N rows has the standard deviation `σ sqrt(12/N³)`.
 fn reach(column: &[f64], parts: &[Range<usize>], noise: f64) -> usize {
+    let sigma = sigma(column, parts);
+    let rows = if noise > 0.0 { (12.0 * (sigma / noise) * (sigma / noise)).cbrt() } else { 0.0 };
+    ((0.5 * rows).ceil() as usize).clamp(2, MAX_REACH)
+}
+
+/// Standard deviation of the noise in a column.
+fn sigma(column: &[f64], parts: &[Range<usize>]) -> f64 {
     // third differences of a smooth motion vanish; those of white noise have 20 times its variance. Those of a jerk are large
     // and no noise: the largest twentieth has no say
     let mut squares: Vec<f64> = Vec::new();
     for rows in parts {
         squares.extend(column[rows.clone()].windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).powi(2)));
     }
-    squares.sort_unstable_by(f64::total_cmp);
-    squares.truncate(squares.len() - squares.len() / 20);
+    let kept = squares.len() - squares.len() / 20;
+    if kept < squares.len() {
+        squares.select_nth_unstable_by(kept, f64::total_cmp);
+        squares.truncate(kept);
+    }
     let mean = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
-    let sigma = (mean / (20.0 * LEFT_OF_VARIANCE)).sqrt();
-    let rows = if noise > 0.0 { (12.0 * (sigma / noise) * (sigma / noise)).cbrt() } else { 0.0 };
-    ((0.5 * rows).ceil() as usize).clamp(2, MAX_REACH)
+    (mean / (20.0 * LEFT_OF_VARIANCE)).sqrt()
 }
 
 fn rms(column: &[f64]) -> f64 {
@@ -118,8 +143,45 @@ fn bend(time: &[f64], column: &[f64], parts: &[Range<usize>], reach: usize) -> V
     local(time, column, parts, reach, |[_, _, c]| 2.0 * c)
 }
 
-/// Fits `a + b τ + c τ²` around every row, τ the time from it, and keeps what `of` asks for. Near the border of a part
-/// the window shrinks on the far side only as far as it must.
+/// Second derivative, and the most rows to either side that it comes from. The window grows until noise is a small part of
+/// the whole, but in no row further than what it says agrees with every shorter window (Lepskii 1991): a corner stays one.
+/// Fitted to N rows it has the standard deviation `σ sqrt(720/N⁵)/Δt²`.
+fn smooth_bend(
+    time: &[f64],
+    column: &[f64],
+    parts: &[Range<usize>],
+    step_s: f64,
+    mut reach: usize,
+) -> (usize, Vec<f64>) {
+    let mut bends = bend(time, column, parts, reach);
+    let sigma = sigma(column, parts);
+    let noise = |reach: usize| sigma * (720.0 / (2.0 * reach as f64 + 1.0).powi(5)).sqrt() / (step_s * step_s);
+    let mut agreed: Vec<Option<(f64, f64)>> = vec![Some((f64::NEG_INFINITY, f64::INFINITY)); bends.len()];
+    loop {
+        let own = noise(reach);
+        let size = (rms(&bends).powi(2) - own * own).max(0.0).sqrt();
+        if own.is_nan() || own <= ACCELERATION_NOISE * size || reach >= MAX_REACH {
+            return (reach, bends);
+        }
+        for (agreed, bend) in agreed.iter_mut().zip(&bends) {
+            *agreed = agreed.map(|(least, most)| (least.max(bend - ALIKE * own), most.min(bend + ALIKE * own)));
+        }
+        reach = (reach + reach.div_ceil(2)).min(MAX_REACH);
+        for rows in parts {
+            for n in rows.clone() {
+                let Some((least, most)) = agreed[n] else { continue };
+                let [_, _, c] = around(time, column, rows, n, reach);
+                if (least..=most).contains(&(2.0 * c)) {
+                    bends[n] = 2.0 * c;
+                } else {
+                    agreed[n] = None;
+                }
+            }
+        }
+    }
+}
+
+/// What `of` keeps of the parabola [`around`] every row.
 fn local<T: Copy + Default>(
     time: &[f64],
     column: &[f64],
@@ -130,25 +192,31 @@ fn local<T: Copy + Default>(
     let mut out = vec![T::default(); column.len()];
     for rows in parts {
         for n in rows.clone() {
-            let from = n.saturating_sub(reach).max(rows.start);
-            let to = (n + reach + 1).min(rows.end);
-            let (t0, x0) = (time[n], column[n]);
-            // moments of τ and of the column, both counted from the row itself: no cancellation
-            let (mut s, mut m) = ([0.0; 5], [0.0; 3]);
-            for k in from..to {
-                let (t, x) = (time[k] - t0, column[k] - x0);
-                let t2 = t * t;
-                for (sum, power) in s.iter_mut().zip([1.0, t, t2, t2 * t, t2 * t2]) {
-                    *sum += power;
-                }
-                for (sum, power) in m.iter_mut().zip([1.0, t, t2]) {
-                    *sum += power * x;
-                }
-            }
-            out[n] = of(parabola(s, m));
+            out[n] = of(around(time, column, rows, n, reach));
         }
     }
     out
+}
+
+/// Fits `a + b τ + c τ²` around a row of a part, τ the time from it. Near the border of the part the window shrinks on the
+/// far side only as far as it must.
+fn around(time: &[f64], column: &[f64], rows: &Range<usize>, n: usize, reach: usize) -> [f64; 3] {
+    let from = n.saturating_sub(reach).max(rows.start);
+    let to = (n + reach + 1).min(rows.end);
+    let (t0, x0) = (time[n], column[n]);
+    // moments of τ and of the column, both counted from the row itself: no cancellation
+    let (mut s, mut m) = ([0.0; 5], [0.0; 3]);
+    for k in from..to {
+        let (t, x) = (time[k] - t0, column[k] - x0);
+        let t2 = t * t;
+        for (sum, power) in s.iter_mut().zip([1.0, t, t2, t2 * t, t2 * t2]) {
+            *sum += power;
+        }
+        for (sum, power) in m.iter_mut().zip([1.0, t, t2]) {
+            *sum += power * x;
+        }
+    }
+    parabola(s, m)
 }
 
 /// Solves the normal equations of the parabola; a straight line, or nothing, where the rows do not allow more.
@@ -230,6 +298,41 @@ mod tests {
     fn hard_turns_are_no_noise() {
         let there = |t: f64| 0.1 * (1.0 - (4.0 * t).rem_euclid(2.0)).abs();
         assert_eq!(Motion::of(&run(|t| (there(t) / 1e-7).round() * 1e-7)).reach, 2);
+    }
+
+    /// Ten positions to the micrometre hold little of an acceleration; sixty hold it where it is smooth.
+    #[test]
+    fn an_acceleration_from_positions_has_a_window_of_its_own() {
+        // there in the first part, back in the second, without a corner
+        let way = |t: f64| if t < 0.9 { (t / 0.9, 0.9) } else { (1.0 - (t - 0.9) / 1.1, 1.1) };
+        let smooth = |t: f64| {
+            let (s, _) = way(t);
+            0.1 * s.powi(3) * (10.0 - 15.0 * s + 6.0 * s * s)
+        };
+        let bent = |t: f64| {
+            let (s, seconds) = way(t);
+            0.1 * s * (60.0 - 180.0 * s + 120.0 * s * s) / (seconds * seconds)
+        };
+        let motion = Motion::of(&run(|t| (smooth(t) / 5e-7).round() * 5e-7));
+        let inner = || (0..2000).filter(|n| (60..840).contains(n) || (960..1940).contains(n));
+        let truth: Vec<f64> = inner().map(|n| bent(1e-3 * n as f64)).collect();
+        let off: Vec<f64> = inner().map(|n| motion.acceleration_m_s2[n] - bent(1e-3 * n as f64)).collect();
+        assert!(motion.acceleration_reach > 2 * motion.reach, "{} {}", motion.acceleration_reach, motion.reach);
+        assert!(rms(&off) < ACCELERATION_NOISE * rms(&truth), "{} of {}", rms(&off), rms(&truth));
+    }
+
+    /// A ramp of 20 rows in noise that asks for windows of 37: there it would read a sixth less.
+    #[test]
+    fn a_short_ramp_keeps_its_height() {
+        let own =
+            |t: f64| if t < 0.5 { 0.0 } else { 10.0 * (t - 0.5).min(0.02) * (2.0 * (t - 0.5) - (t - 0.5).min(0.02)) };
+        let noise = |t: f64| 1.45e-5 * (2.0 * (43_758.545_3 * (12_989.8 * t).sin()).rem_euclid(1.0) - 1.0);
+        let (run, rows) = (run(|t| own(t) + noise(t)), 0..2000);
+        let position = run.position_m.as_ref().expect("set");
+        let (reach, bends) = smooth_bend(&run.time_s, position, std::slice::from_ref(&rows), 1e-3, 2);
+        assert_eq!(reach, 18);
+        assert!((bends[510] - 20.0).abs() < 1.0, "{}", bends[510]);
+        assert!(rms(&bends[600..1900]) < 0.2, "{}", rms(&bends[600..1900]));
     }
 
     #[test]

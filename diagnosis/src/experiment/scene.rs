@@ -136,6 +136,7 @@ impl Scene {
             velocity_m_s: vec![0.0; rows],
             acceleration_m_s2: vec![0.0; rows],
             reach: 1,
+            acceleration_reach: 1,
             has_position: true,
         };
         Course { run, motion }

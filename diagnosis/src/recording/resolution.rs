@@ -17,5 +17,5 @@ pub(crate) fn coarsest(nominal: &Nominal, runs: &[Run], motions: &[Motion]) -> u
         return 1;
     }
     let most = runs.iter().map(Run::len).sum::<usize>() / FEWEST;
-    (8 * motions.iter().map(|motion| motion.reach).max().unwrap_or(0)).min(most).max(1)
+    (8 * motions.iter().map(|motion| motion.acceleration_reach).max().unwrap_or(0)).min(most).max(1)
 }

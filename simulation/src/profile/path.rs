@@ -169,6 +169,7 @@ impl Course {
                 velocity_m_s: column(),
                 acceleration_m_s2: column(),
                 reach: 1,
+                acceleration_reach: 1,
                 has_position: true,
             },
         }
