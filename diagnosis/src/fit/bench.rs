@@ -452,8 +452,12 @@ impl<'a> Bench<'a> {
         }
         let used = amplitudes.iter().filter(|x| **x != 0.0).count().max(1);
         let freedom = used + candidate.source.shapes();
-        let price = 0.5 * self.ln_rows() + EARNED * nats;
-        Gain { nats, score: nats - freedom as f64 * price, amplitudes }
+        Gain { nats, score: nats - freedom as f64 * self.price(nats), amplitudes }
+    }
+
+    /// What a number costs that takes part in explaining so much, nats.
+    pub(crate) fn price(&self, nats: f64) -> f64 {
+        0.5 * self.ln_rows() + EARNED * nats
     }
 
     pub(crate) fn ln_rows(&self) -> f64 {

@@ -9,11 +9,11 @@ use crate::fit::source::Source;
 use crate::noise::locks::least_of;
 use crate::numbers::statistics::rms;
 use crate::report::Considered;
-use crate::search;
 use crate::search::adequacy::Doubt;
 use crate::search::case::Case;
 use crate::search::considered;
 use crate::search::equivalents::{self, Set};
+use crate::search::opening::{Asked, p_of};
 
 /// Way of the parameters, relative, from which the law is made linear anew.
 pub(crate) const FAR: f64 = 0.03;
@@ -257,7 +257,7 @@ fn p_of_surest(bench: &Bench<'_>, pool: &Pool, members: &[Member]) -> f64 {
         if let Source::Shift { .. } = own.source {
             return p_of_shift(gain.nats, pool);
         }
-        let p = search::p_of(&bench.locks(&own, &gain, &others), pool.kinds, 1);
+        let p = p_of(Asked::of(&own.source), &bench.locks(&own, &gain, &others), pool.kinds, 1);
         let spoken = bench.edges.filter(|edges| edges.speak_for(&own.source));
         spoken.map_or(p, |edges| least_of([p, edges.p()]))
     };

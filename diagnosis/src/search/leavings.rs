@@ -8,8 +8,16 @@
 //! f_m P_k(u_a)      f_m: force of cause m, P_k: Legendre's polynomials, u_a: speed, place, time .. within -1 to 1
 //! prior: 0 ± WRONG, each
 //! ```
+//!
+//! A cause that is tied to places has a profile, and a profile is wrong from place to place, not by a factor; the law's force
+//! feels it:
+//!
+//! ```text
+//! F cos(k π (u_x + 1)/2) rms(f_m)/rms(F)      F: what the law says, k: 0 to 16
+//! ```
 
 use crate::fit::bench::{Bench, Fit, Member};
+use crate::fit::rest::power;
 use crate::fit::story::Axis;
 
 /// Standard deviation of what a form is wrong by, of its force, along each polynomial: two of it are the seventh behind
@@ -26,48 +34,73 @@ const ALONG: [(Axis, usize); 6] = [
     (Axis::Temperature, 2),
 ];
 
+/// Half waves along all of the rail that a profile may be wrong by.
+const ALONG_RAIL: usize = 16;
+
 /// Whitened columns whose amplitudes are of the order of 1, beside a fit of the members.
 pub(crate) fn columns<'m>(bench: &Bench<'_>, fit: &Fit, members: impl Iterator<Item = &'m Member>) -> Vec<Vec<f32>> {
     let mut raw: Vec<Vec<f64>> = Vec::new();
     let along = polynomials(bench);
+    let mut at_places_n2 = 0.0;
     for member in members {
         let amplitudes: Vec<f64> = member.base.iter().map(|column| WRONG * fit.value_of(*column)).collect();
         let force = bench.force(&member.candidate.source, &amplitudes);
         if force.is_empty() {
             continue;
         }
+        if member.candidate.source.is_phase_bound() {
+            at_places_n2 += power(&bench.rows, &force);
+        }
         raw.extend(along.iter().map(|factor| force.iter().zip(factor).map(|(force, factor)| force * factor).collect()));
     }
+    if at_places_n2 > 0.0 {
+        raw.extend(of_places(bench, at_places_n2.sqrt()));
+    }
     bench.rows.white_all(&raw.iter().map(Vec::as_slice).collect::<Vec<_>>())
+}
+
+/// What a profile along the rail may be wrong by, each column of this RMS or a little less, N.
+fn of_places(bench: &Bench<'_>, rms_n: f64) -> Vec<Vec<f64>> {
+    let Some(u) = along(bench, Axis::Position) else { return Vec::new() };
+    let law = bench.contexts.iter().flat_map(|context| &context.steady.force_n);
+    let law: Vec<f64> = law.map(|force| if force.is_finite() { *force } else { 0.0 }).collect();
+    let law_n = power(&bench.rows, &law).sqrt();
+    if !(law_n > 0.0) {
+        return Vec::new();
+    }
+    let wave = |k: usize, u: f64| (0.5 * std::f64::consts::PI * k as f64 * (u + 1.0)).cos();
+    (0..=ALONG_RAIL)
+        .map(|k| law.iter().zip(&u).map(|(force, u)| rms_n / law_n * force * wave(k, *u)).collect())
+        .collect()
 }
 
 /// Every polynomial along every axis that the runs show, row by row of all runs.
 fn polynomials(bench: &Bench<'_>) -> Vec<Vec<f64>> {
     let mut all = Vec::new();
     for (axis, most) in ALONG {
-        let mut values = Vec::new();
-        for context in bench.contexts {
-            match axis.values(context) {
-                Some(own) if axis == Axis::Velocity => values.extend(own.iter().map(|v| v.max(1e-6).ln())),
-                Some(own) => values.extend(own),
-                None => values.resize(values.len() + context.run.len(), f64::NAN),
-            }
-        }
-        let seen = values.iter().zip(&bench.compared).filter(|(x, c)| **c && x.is_finite()).map(|(x, _)| *x);
-        let (least, largest) =
-            seen.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, largest), x| (x.min(least), x.max(largest)));
-        if !(largest > least) {
-            continue;
-        }
-        let u: Vec<f64> = values
-            .iter()
-            .map(|x| if x.is_finite() { (2.0 * (x - least) / (largest - least) - 1.0).clamp(-1.0, 1.0) } else { 0.0 })
-            .collect();
+        let Some(u) = along(bench, axis) else { continue };
         for order in 1..=most {
             all.push(u.iter().map(|u| legendre(order, *u)).collect());
         }
     }
     all
+}
+
+/// Where on an axis every row of all runs lies, from -1 to 1; `None` where the runs do not show it.
+fn along(bench: &Bench<'_>, axis: Axis) -> Option<Vec<f64>> {
+    let mut values = Vec::new();
+    for context in bench.contexts {
+        match axis.values(context) {
+            Some(own) if axis == Axis::Velocity => values.extend(own.iter().map(|v| v.max(1e-6).ln())),
+            Some(own) => values.extend(own),
+            None => values.resize(values.len() + context.run.len(), f64::NAN),
+        }
+    }
+    let seen = values.iter().zip(&bench.compared).filter(|(x, c)| **c && x.is_finite()).map(|(x, _)| *x);
+    let (least, largest) =
+        seen.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, largest), x| (x.min(least), x.max(largest)));
+    let of = |x: &f64| if x.is_finite() { (2.0 * (x - least) / (largest - least) - 1.0).clamp(-1.0, 1.0) } else { 0.0 };
+    (largest > least).then(|| values.iter().map(of).collect())
 }
 
 fn legendre(order: usize, u: f64) -> f64 {

@@ -8,6 +8,7 @@
 //! ```text
 //! passes       the search, and again around where it has led; case: what it is about
 //! (here)       one search; leavings: what the forms of its causes may leave
+//! opening      do both locks open?
 //! adequacy     is what explains much what acts? load_law: does it feel the load as it must?
 //! open_set     what has no name here; clock: what repeats in time
 //! law_alone    the law's own numbers off, and nothing beside them
@@ -25,6 +26,7 @@ pub(crate) mod law_alone;
 pub(crate) mod leavings;
 pub(crate) mod load_law;
 pub(crate) mod open_set;
+pub(crate) mod opening;
 pub(crate) mod passes;
 pub(crate) mod refit;
 
@@ -37,12 +39,10 @@ use crate::fit::rest::power;
 use crate::fit::source::Source;
 use crate::fit::spectrum::is_wave;
 use crate::noise::locks::Locks;
+use crate::search::opening::{Asked, MORE, is_open, level};
 
 /// Most causes that act together.
 const MOST: usize = 6;
-
-/// Probability of a false name that is accepted, over all causes together.
-const ALPHA: f64 = 0.01;
 
 /// Share of all evidence below which a further cause is one only if its size is the same throughout: a form is an
 /// idealisation, and what it leaves of its own cause's force, up to a seventh of it, is a fiftieth in square.
@@ -75,17 +75,11 @@ const MOST_LOST: f64 = 0.25;
 /// Numbers less for each of which such a share is given up.
 const MUCH_FOR_SHARE: usize = 5;
 
-/// Logarithm of an e-value that no noise brings forth, whatever whitening gets wrong: under coloured noise that was
-/// taken for white, 37 has been seen.
-const BEYOND_NOISE: f64 = 120.0;
-
-/// The first lock spends three quarters of the evidence on folds that it does not test. Where the second is surer than it
-/// must be, its logarithm [`MORE`] times its level, the first need only be above its own over [`LESS`].
-const LESS: f64 = 2.0;
-const MORE: f64 = 1.5;
-
 /// Nats by which a cause leads a simpler one.
 const LEADS: f64 = 1.0;
+
+/// Nats by which what takes the place of what is there must do better.
+const BETTER: f64 = 3.0;
 
 /// Causes that are refined in every step.
 const SHORT_LIST: usize = 4;
@@ -111,34 +105,15 @@ pub(crate) struct Found {
     pub(crate) p_no_mismatch: f64,
 }
 
-/// Whether both locks open. What shows in a few blocks only (the fast run, the one warm-up) scatters between blocks and
-/// never opens the second; there the first one must leave no doubt.
-pub(crate) fn is_open(locks: &Locks, kinds: usize, points: usize) -> bool {
-    let level = level(kinds);
-    let ln_e = locks.ln_e - (points.max(1) as f64).ln();
-    (ln_e > level && (-locks.p.ln() > level || (ln_e > BEYOND_NOISE && locks.p < 0.25)))
-        || (LESS * ln_e > level && -locks.p.ln() > MORE * level)
-}
-
-/// Logarithm of evidence at which a lock opens for one of so many causes.
-fn level(kinds: usize) -> f64 {
-    (kinds.max(1) as f64 / ALPHA).ln()
-}
-
-/// p-value of what opened both locks, the best of `kinds` causes at `points` values.
-pub(crate) fn p_of(locks: &Locks, kinds: usize, points: usize) -> f64 {
-    let kinds = kinds.max(1) as f64;
-    let ln_e = locks.ln_e - (points.max(1) as f64).ln();
-    let by_e = (kinds.ln() - ln_e).exp().min(1.0);
-    if ln_e > BEYOND_NOISE {
-        return by_e;
-    }
-    let by_blocks = (kinds.ln() - LESS * ln_e).exp().max(kinds * locks.p.powf(1.0 / MORE));
-    by_e.max(locks.p * kinds).min(by_blocks).min(1.0)
-}
-
-/// Runs the search.
-pub(crate) fn search(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>, floor: Floor) -> Found {
+/// Runs the search. What a `former` one found, with the noise or the law as they looked then, comes back where it explains
+/// more.
+pub(crate) fn search(
+    bench: &mut Bench<'_>,
+    pool: &mut Pool,
+    tolerances: &Tolerances<'_>,
+    former: &[Source],
+    floor: Floor,
+) -> Found {
     let mut members: Vec<Member> = Vec::new();
     let p_no_mismatch = omnibus(bench, pool, tolerances);
     // taking up and dropping may go round in circles
@@ -165,7 +140,26 @@ pub(crate) fn search(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolera
     simplify(bench, pool, tolerances, &mut members);
     straighten(bench, &mut members);
     prune(bench, pool, &mut members, floor);
+    let mut formerly = Vec::with_capacity(former.len());
+    for candidate in bench.candidates(former.iter().cloned()) {
+        formerly.push(bench.take(candidate));
+    }
+    polish(bench, &mut formerly);
+    let least = worth(bench, &members) + BETTER;
+    if worth(bench, &formerly) > least {
+        prune(bench, pool, &mut formerly, floor);
+        if worth(bench, &formerly) > least {
+            members = formerly;
+        }
+    }
     Found { members, p_no_mismatch }
+}
+
+/// What members explain together, less what their freedom costs, nats.
+fn worth(bench: &Bench<'_>, members: &[Member]) -> f64 {
+    let nats = 0.5 * (bench.fit(&bench.law()).rss - bench.fit_members(members).rss);
+    let freedom: usize = members.iter().map(|member| member.candidate.freedom()).sum();
+    nats - freedom as f64 * bench.price(nats)
 }
 
 /// The best cause that starts and stops speak for, where there is none yet.
@@ -202,8 +196,29 @@ fn holds(bench: &Bench<'_>, pool: &Pool, candidate: &Candidate, gain: &Gain, mem
     is_relevant(bench, candidate, gain, floor)
         && !is_of_one_profile(bench, candidate, gain, members)
         && !is_missed_by_a_curve(bench, candidate, gain, members)
-        && is_open(&bench.locks(candidate, gain, members), pool.kinds, pool.points_of(&candidate.source))
-        && (!is_tiny || shows_beside_leavings(bench, pool, candidate, gain, members))
+        && shows(bench, pool, candidate, gain, members, is_tiny)
+}
+
+/// Whether both locks open for a candidate: as it is or, what is stricter but for the scatter that they bring, beside what the
+/// forms of others may leave; a tiny one must show both ways.
+fn shows(
+    bench: &Bench<'_>,
+    pool: &Pool,
+    candidate: &Candidate,
+    gain: &Gain,
+    members: &[Member],
+    is_tiny: bool,
+) -> bool {
+    let opens = is_open(
+        Asked::of(&candidate.source),
+        &bench.locks(candidate, gain, members),
+        pool.kinds,
+        pool.points_of(&candidate.source),
+    );
+    if opens != is_tiny {
+        return opens;
+    }
+    !members.is_empty() && shows_beside_leavings(bench, pool, candidate, gain, members)
 }
 
 /// Whether a candidate is a joint that only sharpens the profile of a rail that is bent anyway.
@@ -238,8 +253,9 @@ pub(crate) fn shows_beside_leavings(
     gain: &Gain,
     members: &[Member],
 ) -> bool {
-    locks_beside_leavings(bench, candidate, gain, members)
-        .is_some_and(|locks| is_open(&locks, pool.kinds, pool.points_of(&candidate.source)))
+    locks_beside_leavings(bench, candidate, gain, members).is_some_and(|locks| {
+        is_open(Asked::of(&candidate.source), &locks, pool.kinds, pool.points_of(&candidate.source))
+    })
 }
 
 /// The locks of a cause beside what the forms of others may leave. What a table along the rail follows has none: those few
@@ -262,7 +278,7 @@ fn prune(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>, floor: Floor
                 // what is not the same throughout must be so much surer block for block
                 let is_sure = || {
                     locks_beside_leavings(bench, &own, &gain, &others).is_some_and(|locks| {
-                        is_open(&locks, pool.kinds, pool.points_of(&own.source))
+                        is_open(Asked::of(&own.source), &locks, pool.kinds, pool.points_of(&own.source))
                             && -locks.p.ln() > MORE * level(pool.kinds)
                     })
                 };
@@ -417,7 +433,7 @@ fn exchange(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>,
         let (own, now) = refine(bench, &own, &fit);
         let better = short_list(bench, pool, &fit, tolerances, &others)
             .into_iter()
-            .find(|(candidate, gain)| gain.score > now.score + 3.0 && !candidate.source.is_kin(&own.source));
+            .find(|(candidate, gain)| gain.score > now.score + BETTER && !candidate.source.is_kin(&own.source));
         members[at] = bench.take(better.map_or(own, |(candidate, _)| candidate));
     }
 }
@@ -509,26 +525,4 @@ pub(crate) fn is_relevant(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain,
 fn size_n(bench: &Bench<'_>, source: &Source, amplitudes: &[f64]) -> f64 {
     let force = bench.force(source, amplitudes);
     if force.is_empty() { 0.0 } else { power(&bench.rows, &force).sqrt() }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn neither_lock_opens_alone_and_what_opens_both_has_a_p_value_below_alpha() {
-        let opens = |ln_e: f64, p: f64| is_open(&Locks { ln_e, p }, 35, 1);
-        assert!(opens(8.2, 2.8e-4) && !opens(8.2, 3e-4) && !opens(8.1, 2.8e-4));
-        assert!(opens(4.1, 4e-6) && !opens(4.0, 1e-12) && !opens(4.1, 6e-6));
-        assert!(opens(121.0, 0.2) && !opens(121.0, 0.3) && !opens(119.0, 0.2));
-        for points in [1, 150] {
-            for at in 0..4000 {
-                let locks = Locks { ln_e: 0.5 * f64::from(at % 80), p: (-0.5 * f64::from(at / 80)).exp() };
-                if is_open(&locks, 35, points) {
-                    let p = p_of(&locks, 35, points);
-                    assert!(p <= 1.0001 * ALPHA, "{locks:?}: {p}");
-                }
-            }
-        }
-    }
 }

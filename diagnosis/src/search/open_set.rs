@@ -9,7 +9,8 @@ use crate::fit::source::Source;
 use crate::fit::story::Axis;
 use crate::numbers::statistics::line;
 use crate::search::clock::Clocks;
-use crate::search::{Floor, is_open, is_relevant, p_of};
+use crate::search::opening::{Asked, is_open, p_of};
+use crate::search::{Floor, is_relevant};
 
 /// A curve must lead by this many nats ..
 const LEAD: f64 = 10.0;
@@ -95,9 +96,9 @@ fn best(
     let kinds = pool.kinds + pool.stories.len();
     let is_clock = matches!(&candidate.source, Source::Story { curve } if curve.axis == Axis::Clock);
     let opens = is_relevant(bench, &candidate, &gain, floor)
-        && is_open(&locks, kinds, tried)
+        && is_open(Asked::AllBlocks, &locks, kinds, tried)
         && (!is_clock || locks.ln_e > SURE_OF_CLOCK);
-    opens.then(|| (with, p_of(&locks, kinds, tried)))
+    opens.then(|| (with, p_of(Asked::AllBlocks, &locks, kinds, tried)))
 }
 
 /// Whether the library has a cause for each column of a curve: what differs by direction is a constant and an asymmetry.

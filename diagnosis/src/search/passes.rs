@@ -4,6 +4,7 @@ use crate::calibration::{moved, shifted, way};
 use crate::fit::bench::{Bench, Beside, Member, causes};
 use crate::fit::pool::{Pool, Tolerances};
 use crate::fit::rest::{among, beyond, noise_rms, whiteness};
+use crate::fit::source::Source;
 use crate::noise::locks::least_of;
 use crate::noise::rows::Rows;
 use crate::numbers::statistics::rms;
@@ -60,6 +61,7 @@ pub(crate) fn run<'s>(
 ) -> Result<Found<'s>, String> {
     let Case { given: Given { nominal, step_n, .. }, side, saturation, .. } = *case;
     let mut values = start.to_vec();
+    let mut former: Vec<Source> = Vec::new();
     let mut pass = 0;
     loop {
         pass += 1;
@@ -74,7 +76,7 @@ pub(crate) fn run<'s>(
         // a force that stays within one step is off by up to half of it, always to the same side
         let rounding_n = coarse_step_n.map_or(step_n.map_or(0.0, rounding_n), |step| 0.5 * step);
         let floor = Floor { any_n: irrelevant_n.max(FLOOR_OF_NOISE * noise), rounding_n };
-        let searched = search(&mut bench, &mut pool, &tolerances, floor);
+        let searched = search(&mut bench, &mut pool, &tolerances, &former, floor);
         let mut members = searched.members;
         let p_of_curve = open_set::extend(&mut bench, &mut pool, &tolerances, &mut members, floor);
         let fit = bench.fit_members(&members);
@@ -99,6 +101,9 @@ pub(crate) fn run<'s>(
                 rows = learnt;
             }
             values = led.unwrap_or(values);
+            // names beside what has none may be parts of it
+            let all_named = !members.iter().any(|member| member.candidate.source.is_story());
+            former = causes(&members).filter(|_| all_named).map(|cause| cause.source.clone()).collect();
             continue;
         }
         let noise_n = noise_rms(&rows, &left);

@@ -1,0 +1,98 @@
+//! Whether both [locks](crate::noise::locks) open for a cause, and the p-value of what opened them.
+
+use crate::fit::source::Source;
+use crate::noise::locks::Locks;
+
+/// Probability of a false name that is accepted, over all causes together.
+const ALPHA: f64 = 0.01;
+
+/// Logarithm of the largest e-value that noise has brought forth: coloured noise that was taken for white.
+const SEEN_OF_NOISE: f64 = 37.0;
+
+/// Logarithm of an e-value that no noise brings forth, whatever whitening gets wrong, and the p-value that is enough beside it.
+const BEYOND_NOISE: f64 = 120.0;
+const BESIDE_IT: f64 = 0.25;
+
+/// The first lock spends three quarters of the evidence on folds that it does not test. Where the second is surer than it
+/// must be, its logarithm [`MORE`] times its level, the first need only be above its own over [`LESS`].
+const LESS: f64 = 2.0;
+pub(crate) const MORE: f64 = 1.5;
+
+/// What is asked of the second lock.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Asked {
+    /// What may show in a few blocks only (the fast run, the one warm-up) scatters between blocks and never opens it; it gives
+    /// way as the first lock leaves less doubt.
+    FewBlocks,
+    /// A curve follows anything: of clean recordings some have one that few blocks carry, of ln e 60. And what is tied to
+    /// places is passed again and again.
+    AllBlocks,
+}
+
+impl Asked {
+    pub(crate) fn of(source: &Source) -> Self {
+        if source.is_story() || source.is_phase_bound() { Asked::AllBlocks } else { Asked::FewBlocks }
+    }
+}
+
+/// Whether both locks open.
+pub(crate) fn is_open(asked: Asked, locks: &Locks, kinds: usize, points: usize) -> bool {
+    let level = level(kinds);
+    let ln_e = locks.ln_e - (points.max(1) as f64).ln();
+    (ln_e > level && -locks.p.ln() > enough(asked, ln_e, level))
+        || (LESS * ln_e > level && -locks.p.ln() > MORE * level)
+}
+
+/// Evidence in blocks, as a logarithm, that is enough beside an e-value.
+fn enough(asked: Asked, ln_e: f64, level: f64) -> f64 {
+    let way = match asked {
+        Asked::FewBlocks => ((ln_e - SEEN_OF_NOISE) / (BEYOND_NOISE - SEEN_OF_NOISE)).clamp(0.0, 1.0),
+        Asked::AllBlocks => f64::from(u8::from(ln_e > BEYOND_NOISE)),
+    };
+    level + way * (-BESIDE_IT.ln() - level)
+}
+
+/// Logarithm of evidence at which a lock opens for one of so many causes.
+pub(crate) fn level(kinds: usize) -> f64 {
+    (kinds.max(1) as f64 / ALPHA).ln()
+}
+
+/// p-value of what opened both locks, the best of `kinds` causes at `points` values.
+pub(crate) fn p_of(asked: Asked, locks: &Locks, kinds: usize, points: usize) -> f64 {
+    let level = level(kinds);
+    let kinds = kinds.max(1) as f64;
+    let ln_e = locks.ln_e - (points.max(1) as f64).ln();
+    let by_e = (kinds.ln() - ln_e).exp().min(1.0);
+    if ln_e > BEYOND_NOISE {
+        return by_e;
+    }
+    let by_blocks = (kinds.ln() - LESS * ln_e).exp().max(kinds * locks.p.powf(1.0 / MORE));
+    by_e.max(kinds * locks.p.powf(level / enough(asked, ln_e, level))).min(by_blocks).min(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neither_lock_opens_alone_and_what_opens_both_has_a_p_value_below_alpha() {
+        let opens = |ln_e: f64, p: f64| is_open(Asked::FewBlocks, &Locks { ln_e, p }, 35, 1);
+        assert!(opens(8.2, 2.8e-4) && !opens(8.2, 3e-4) && !opens(8.1, 2.8e-4));
+        assert!(opens(4.1, 4e-6) && !opens(4.0, 1e-12) && !opens(4.1, 6e-6));
+        assert!(!opens(37.0, 3e-4) && opens(79.0, 7.9e-3) && !opens(79.0, 9e-3));
+        assert!(!is_open(Asked::AllBlocks, &Locks { ln_e: 79.0, p: 3e-4 }, 35, 1));
+        assert!(opens(121.0, 0.2) && !opens(121.0, 0.3) && !opens(110.0, 0.2));
+        for points in [1, 150] {
+            // on to where no noise reaches
+            for at in 0..15_000 {
+                let locks = Locks { ln_e: 0.5 * f64::from(at % 300), p: (-0.5 * f64::from(at / 300)).exp() };
+                for asked in [Asked::FewBlocks, Asked::AllBlocks] {
+                    if is_open(asked, &locks, 35, points) {
+                        let p = p_of(asked, &locks, 35, points);
+                        assert!(p <= 1.0001 * ALPHA, "{locks:?}: {p}");
+                    }
+                }
+            }
+        }
+    }
+}
