@@ -9,7 +9,8 @@ none of the causes). Exit status 0 whatever comes out: these are for development
 
 Nothing here is shared with `plant` or with the engine, but for the law of the ball guide, which `guideblock simulate` gives;
 the laws of the axis and of the column are closed forms. Effects are the textbook's one line each, 1 and 3 % of the drag, in
-white noise and in AR(1) of 0.9, 1 % of the drag. A drive holds its force at rest; memory starts anew in every segment.
+white noise and in AR(1) of 0.9, 1 % of the drag. A drive holds its force at rest; memory starts anew in every segment. What
+acts on the friction leaves the force of a mass alone.
 Strength is the effect's RMS; an effect that is absorbed by the law's tolerance, or lies within a row of a turn, counts as
 missed all the same.
 """
@@ -133,7 +134,12 @@ class Moved:
         self.acceleration = by_parts(columns, lambda rows: np.gradient(self.speed[rows], self.time[rows]))
         self.sign = np.sign(np.where(np.abs(self.speed) < 1e-6, 0, self.speed))
         self.step = np.median(np.diff(self.time))
-        self.force = None
+        self.force = self.friction = None
+
+    @property
+    def inertial(self):
+        """What the mass takes."""
+        return self.force - self.friction
 
     def along(self, of):
         """What `of(before, row)` makes of one row after the other, from 0 in the first of a segment."""
@@ -152,6 +158,12 @@ def held(force):
     return force[np.where(row < 0, np.flatnonzero(known)[0], row)]
 
 
+def moving(moved, friction, mass_kg):
+    """The force of friction and mass, and of friction alone."""
+    known = [np.where(moved.sign == 0, np.nan, x) for x in (friction + mass_kg * moved.acceleration, friction)]
+    return [held(x) for x in known]
+
+
 def guide(binary, folder, moved):
     oil = "viscosity_40_cst = 100\nviscosity_100_cst = 11" if "temperature_block_degc" in moved.columns else "viscosity_cst = 100"
     file, motion, out = folder / "simulation.toml", folder / "motion.csv", folder / "force.csv"
@@ -165,20 +177,20 @@ def guide(binary, folder, moved):
         force = np.array([float(row["simulated_force_n"] or "nan") for row in csv.DictReader(lines)])
     motion.unlink()
     out.unlink()
-    return held(force)
+    return held(force), held(force)
 
 
 def axis(_, folder, moved):
     (folder / "simulation.toml").write_text('schema = "guideblock.simulation/1"\n[guide]\nlaw = "coulomb-viscous"\n')
-    return held(np.where(moved.sign == 0, np.nan, 30 * moved.sign + 60 * moved.speed + 8 * moved.acceleration))
+    return moving(moved, 30 * moved.sign + 60 * moved.speed, 8)
 
 
 def column(_, folder, moved):
     (folder / "simulation.toml").write_text('schema = "guideblock.simulation/1"\n[tolerance]\nfriction = 0.02\n')
     v = np.abs(moved.speed)
-    force = moved.sign * (20 + 12 * np.exp(-v / 0.02) + 40 * v) + 5 * moved.acceleration
-    moved.columns["simulated_force_n"] = np.where(moved.sign == 0, 0, force)
-    return held(np.where(moved.sign == 0, np.nan, force))
+    friction = moved.sign * (20 + 12 * np.exp(-v / 0.02) + 40 * v)
+    moved.columns["simulated_force_n"] = np.where(moved.sign == 0, 0, friction + 5 * moved.acceleration)
+    return moving(moved, friction, 5)
 
 
 LAWS = {law.__name__: law for law in (guide, axis, column)}
@@ -197,7 +209,7 @@ def dahl(moved, share):
         way = moved.place[n] - moved.place[n - 1]
         return np.sign(way) - (np.sign(way) - z) * np.exp(-abs(way) / length) if way else z
 
-    return np.abs(moved.force) * moved.along(follow)
+    return moved.inertial + np.abs(moved.friction) * moved.along(follow)
 
 
 def lagged(values, decay):
@@ -209,32 +221,41 @@ def lagged(values, decay):
 
 def rail(moved, rms_n):
     profile = sum(np.cos(2 * np.pi * k * moved.place / 1.3 + k * k) / k for k in range(1, 6))
-    return scaled(moved.force * (profile - profile.mean()), rms_n)
+    return scaled(moved.friction * (profile - profile.mean()), rms_n)
+
+
+def balls(moved, share):
+    return 1.41 * share * np.sin(2 * np.pi * moved.place / 0.0143 + 0.7) * moved.friction
+
+
+def filtered(moved, time_s):
+    return by_parts(moved.columns, lambda rows: lagged(moved.force[rows], np.exp(-moved.step / time_s)))
+
+
+def delayed(moved, time_s):
+    return by_parts(moved.columns, lambda rows: np.interp(moved.time[rows] - time_s, moved.time[rows], moved.force[rows]))
 
 
 EFFECTS = {
     "clean": ([], lambda m, n, s: m.force),
-    "within-tolerance": ([], lambda m, n, s: 1.02 * m.force),
+    "within-tolerance": ([], lambda m, n, s: m.force + 0.02 * m.friction),
     "seal": (["seal-drag"], lambda m, n, s: m.force + n * m.sign),
     "viscous": (["viscous-drag"], lambda m, n, s: m.force + scaled(m.speed, n)),
     "offset": (["force-offset"], lambda m, n, s: m.force + n),
-    "asymmetry": (["direction-asymmetry"], lambda m, n, s: m.force * (1 + s * m.sign)),
+    "asymmetry": (["direction-asymmetry"], lambda m, n, s: m.force + s * m.sign * m.friction),
     "inertia": (["inertia"], lambda m, n, s: m.force + scaled(m.acceleration, n)),
-    "balls": (["ball-pass"], lambda m, n, s: m.force * (1 + 1.41 * s * np.sin(2 * np.pi * m.place / 0.0143 + 0.7))),
+    "balls": (["ball-pass"], lambda m, n, s: m.force + balls(m, s)),
     "screw": (["drive-ripple"], lambda m, n, s: m.force + scaled(np.sin(2 * np.pi * m.place / 0.010 + 1.1), n)),
     "rail": (["rail-straightness"], lambda m, n, s: m.force + rail(m, n)),
     "presliding": (["presliding"], lambda m, n, s: dahl(m, s)),
-    "filter": (["force-lowpass"], lambda m, n, s: lagged(m.force, np.exp(-m.step / (2 * s)))),
-    "delay": (["time-misalignment"], lambda m, n, s: np.interp(m.time - s, m.time, m.force)),
+    "filter": (["force-lowpass"], lambda m, n, s: filtered(m, 2 * s)),
+    "delay": (["time-misalignment"], lambda m, n, s: delayed(m, s)),
     "drift": (["force-drift"], lambda m, n, s: m.force + 2 * n * (1 - np.exp(-3 * m.time / m.time[-1]))),
     "chain": (["cable-chain"], lambda m, n, s: m.force + scaled(0.3 * m.sign + 3 * (m.place - m.place.mean()) / np.ptp(m.place), n)),
     "run-in": (["run-in"], lambda m, n, s: m.force + scaled(m.sign * np.exp(-3 * np.linspace(0, 1, len(m.time))), n)),
     "clock": (["unknown"], lambda m, n, s: m.force + scaled(m.sign * (np.sin(2 * np.pi * m.time / 7.3) > 0.6), n)),
     "wavy-in-speed": (["unknown"], lambda m, n, s: m.force + scaled(m.sign * np.sin(4 * np.log(np.abs(m.speed) + 1e-3)), n)),
-    "seal+balls": (
-        ["seal-drag", "ball-pass"],
-        lambda m, n, s: m.force * (1 + 1.41 * s * np.sin(2 * np.pi * m.place / 0.0143 + 0.7)) + n * m.sign,
-    ),
+    "seal+balls": (["seal-drag", "ball-pass"], lambda m, n, s: m.force + balls(m, s) + n * m.sign),
     "rail+viscous": (["rail-straightness", "viscous-drag"], lambda m, n, s: m.force + rail(m, n) + scaled(m.speed, n)),
 }
 # what an axis whose numbers are all fitted has of its own
@@ -257,7 +278,7 @@ def make(binary, folder, seed, style, law, effect, share):
     if law != "guide":
         columns = {name: values for name, values in columns.items() if name not in ("preload_n", "temperature_block_degc")}
     moved = Moved(columns)
-    moved.force = LAWS[law](binary, folder, moved)
+    moved.force, moved.friction = LAWS[law](binary, folder, moved)
     rms_n = np.sqrt(np.mean(moved.force**2))
     truth, of = EFFECTS[effect]
     noise = rng.standard_normal(len(moved.time))
