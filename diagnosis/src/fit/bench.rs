@@ -20,6 +20,9 @@ const EARNED: f64 = 2e-3;
 const ROUNDING: f64 = 1e-6;
 const ROUNDING_OF_SHIFT: f64 = 1e-11;
 
+/// Largest preload, of the least one, from which forms that differ by their load are told apart.
+const SEVERAL: f64 = 1.3;
+
 /// Columns that are whitened in one go.
 const AT_ONCE: usize = 8;
 
@@ -126,6 +129,8 @@ pub(crate) struct Bench<'a> {
     pub(crate) seen_from_m: f64,
     /// What starts and stops tell of the time between motion and force.
     pub(crate) edges: Option<Edges>,
+    /// Whether preloads differ so far that a share of each and a change of the interference are two things.
+    has_several_loads: bool,
     /// Stroke and travel of the longest run, m.
     stroke_m: f64,
     travel_m: f64,
@@ -154,6 +159,7 @@ impl<'a> Bench<'a> {
             seen_from_m: 0.0,
             edges: None,
             step_s: contexts.iter().map(|c| c.run.step_s()).find(|step| *step > 0.0).unwrap_or(1.0),
+            has_several_loads: has_several_loads(contexts),
             stroke_m: contexts.iter().map(|c| stroke_m(&c.motion.position_m)).fold(0.0, f64::max),
             travel_m: contexts.iter().filter_map(|c| c.travel_m.last().copied()).fold(0.0, f64::max),
         };
@@ -314,6 +320,9 @@ impl<'a> Bench<'a> {
             return false;
         }
         let Source::Mechanism { definition, form, shape } = source else { return true };
+        if definition.forms[*form].is_of_share() && !self.has_several_loads {
+            return false;
+        }
         definition.forms[*form].shape.iter().zip(shape).all(|(parameter, value)| match parameter.search {
             Search::AlongStroke => *value <= 2.0 * self.stroke_m,
             Search::AlongTravel => *value <= 2.0 * self.travel_m,
@@ -529,6 +538,12 @@ pub(crate) fn without(members: &[Member], at: usize) -> Vec<Member> {
 fn stroke_m(position_m: &[f64]) -> f64 {
     let finite = || position_m.iter().copied().filter(|x| x.is_finite());
     (finite().fold(f64::NEG_INFINITY, f64::max) - finite().fold(f64::INFINITY, f64::min)).max(0.0)
+}
+
+fn has_several_loads(contexts: &[Context<'_>]) -> bool {
+    let preloads = contexts.iter().flat_map(|context| &context.steady.preload_n).filter(|p| p.is_finite());
+    let (least, most) = preloads.fold((f64::INFINITY, 0.0f64), |(least, most), p| (least.min(*p), most.max(*p)));
+    most > SEVERAL * least
 }
 
 /// Least squares within bounds: what pulls the wrong way is left out and what goes too far is held at its end, the worst

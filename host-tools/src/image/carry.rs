@@ -128,6 +128,8 @@ fn one(
         (Id::RailStraightness, "minimal" | "three-orders") | (Id::Contamination, "particle") => {
             wave(params, numbers, Acts::Interference, ["", "_1", "_2", "_3"])
         }
+        (Id::RailStraightness, "share-three-orders") => wave(params, numbers, Acts::Preload, ["", "_1", "_2", "_3"]),
+        (Id::RailStraightness, "share-profile") => table::of(simulation, params, numbers.added, Acts::Preload),
         (Id::RailStraightness, "profile") => table::of(simulation, params, numbers.added, Acts::Interference),
         (Id::DriveRipple, "minimal") => wave(params, numbers, Acts::Force, ["_n", "", "", ""]),
         (Id::DriveRipple, "two-orders") => wave(params, numbers, Acts::Force, ["", "_1_n", "_2_n", ""]),

@@ -144,6 +144,13 @@ pub struct Form {
     pub equation: &'static str,
 }
 
+impl Form {
+    /// Whether it changes every preload by the same share, and so is another form only over several preloads.
+    pub fn is_of_share(&self) -> bool {
+        self.name.starts_with("share")
+    }
+}
+
 /// A mechanism of the library.
 #[derive(Clone, Copy, Debug)]
 pub struct Definition {

@@ -20,7 +20,7 @@ pub(super) const RAIL_STRAIGHTNESS: Definition = Definition {
             name: "minimal",
             shape: &[along_stroke("wavelength_m", 0.15, 4.0, 12)],
             amplitudes: &[amplitude("sine", "", Free, 0.05), amplitude("cosine", "", Free, 0.05)],
-            columns: |context, shape| waves(context, *shape.first()?, 1),
+            columns: |context, shape| waves(context, &context.by_interference_n(), *shape.first()?, 1),
             phase_bound: true,
             equation: "F = (sine·sin(kx) + cosine·cos(kx))·dF_law/de, k = 2π/wavelength",
         },
@@ -36,7 +36,7 @@ pub(super) const RAIL_STRAIGHTNESS: Definition = Definition {
                 amplitude("sine_3", "", Free, 0.02),
                 amplitude("cosine_3", "", Free, 0.02),
             ],
-            columns: |context, shape| waves(context, *shape.first()?, 3),
+            columns: |context, shape| waves(context, &context.by_interference_n(), *shape.first()?, 3),
             phase_bound: true,
             equation: "as minimal, with the second and third order of the wave",
         },
@@ -48,6 +48,30 @@ pub(super) const RAIL_STRAIGHTNESS: Definition = Definition {
             phase_bound: true,
             equation: "F = p(x)·dF_law/de, p piecewise linear between 48 entries from one end of the stroke to the other",
         },
+        Form {
+            name: "share-three-orders",
+            shape: &[along_stroke("wavelength_m", 0.2, 1.5, 10)],
+            amplitudes: &[
+                amplitude("sine_1", "", Free, 0.05),
+                amplitude("cosine_1", "", Free, 0.05),
+                amplitude("sine_2", "", Free, 0.03),
+                amplitude("cosine_2", "", Free, 0.03),
+                amplitude("sine_3", "", Free, 0.02),
+                amplitude("cosine_3", "", Free, 0.02),
+            ],
+            columns: |context, shape| waves(context, &context.by_load_n(), *shape.first()?, 3),
+            phase_bound: true,
+            equation: "as three-orders, the preload changing by the same share at every preload, as in a mount that yields: \
+                       dF_law/dlnF_p in place of dF_law/de",
+        },
+        Form {
+            name: "share-profile",
+            shape: &STROKE,
+            amplitudes: &entries::<FINE>("", 0.05),
+            columns: |context, shape| over_stroke(context, &context.by_load_n(), FINE, shape),
+            phase_bound: true,
+            equation: "as profile, the preload changing by the same share at every preload",
+        },
     ],
     axis: "position",
     statement: "the rail is not straight or not parallel: the preload changes along it",
@@ -58,12 +82,11 @@ pub(super) const RAIL_STRAIGHTNESS: Definition = Definition {
     simplicity: 3,
 };
 
-fn waves(context: &Context<'_>, wavelength: f64, orders: u32) -> Option<Columns> {
+fn waves(context: &Context<'_>, force: &[f64], wavelength: f64, orders: u32) -> Option<Columns> {
     if !context.motion.has_position {
         return None;
     }
-    let force = context.by_interference_n();
-    shown(context.waves(&force, wavelength, orders))
+    shown(context.waves(force, wavelength, orders))
 }
 
 /// Sine and cosine of an angle in turns, to 1e-9: whole turns, which may be a million, are taken off first. Without a
@@ -244,7 +267,7 @@ pub(super) const CONTAMINATION: Definition = Definition {
             // half a turn of a ball between its two contacts: 2π times its radius of travel
             shape: &[wave("wavelength_m", 0.0190, 0.0210)],
             amplitudes: &[amplitude("sine", "", Free, 0.02), amplitude("cosine", "", Free, 0.02)],
-            columns: |context, shape| waves(context, *shape.first()?, 1),
+            columns: |context, shape| waves(context, &context.by_interference_n(), *shape.first()?, 1),
             phase_bound: true,
             equation: "F = (sine·sin(kx) + cosine·cos(kx))·dF_law/de at half a turn of a ball, about 19.9 mm",
         },

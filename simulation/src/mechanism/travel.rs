@@ -100,6 +100,18 @@ pub(super) const PRELOAD_LOSS: Definition = Definition {
             phase_bound: false,
             equation: "F = (preload·(1 - exp(-travel/length)) + preload_per_m·travel)·dF_law/de",
         },
+        Form {
+            name: "share",
+            shape: &[ratio("length_m", "m", 0.5, 500.0, 7)],
+            amplitudes: &[amplitude("preload", "", Negative, -0.1)],
+            columns: |context, shape| {
+                let length = *shape.first()?;
+                let force = context.by_load_n();
+                shown(vec![context.rows(|n| -force[n] * libm::expm1(-context.travel_m[n] / length))])
+            },
+            phase_bound: false,
+            equation: "as settling, the same share of every preload: preload·(1 - exp(-travel/length))·dF_law/dlnF_p",
+        },
     ],
     axis: "travel",
     statement: "the preload falls with the distance run",
