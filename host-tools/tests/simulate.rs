@@ -205,6 +205,27 @@ fn the_other_laws_are_simulated_too() {
     assert!(column.iter().enumerate().all(|(n, (_, f))| if n == 5 { f.is_nan() } else { *f == n as f64 }));
 }
 
+#[test]
+fn a_force_without_a_name_is_simulated_and_said_to_be_left_out_where_the_run_does_not_tell_its_axis() {
+    let folder = folder("curves");
+    let law = "schema = \"guideblock.simulation/1\"\n[guide]\nlaw = \"coulomb-viscous\"\ncoulomb_n = 20\nviscous_n_s_m = 0\n\
+               offset_n = 0\n[axis]\nmoved_mass_kg = 0\n";
+    let curve =
+        |axis: &str| format!("[[curve]]\naxis = \"{axis}\"\ncarrier = \"drag\"\nat = [0, 0.1]\nheight = [0, 0.5]\n");
+    fs::write(folder.join("sim.toml"), [law, &curve("velocity"), &curve("load")].concat()).expect("writable");
+    let row = |n: usize| [format!("{}", 1e-4 * (n + 1) as f64), format!("{}", n % 7), String::new(), String::new()];
+    fs::write(folder.join("run.csv"), record(300, row)).expect("writable");
+    let (rows, said) = simulate(&folder, &["run.csv"]);
+    for (n, (_, force)) in cells(&rows).iter().enumerate() {
+        let expected = 20.0 * (1.0 + 5.0 * 1e-4 * (n + 1) as f64);
+        assert!((force - expected).abs() < 1e-9, "{n}: {force}");
+    }
+    let line = "run.csv: the curve over load is left out of the force: nothing in the run tells its load";
+    assert!(said.contains(line) && !said.contains("over velocity"), "{said}");
+    let (_, said) = simulate(&folder, &["--profile", "map", "--preload", "3000", "--out", "map.csv"]);
+    assert!(said.contains("map: the curve over load is left out"), "{said}");
+}
+
 /// The `staircase` part of `guideblock estimate --staircase`, and the whole.
 fn estimate(folder: &Path, name: &str, more: &[&str]) -> serde_json::Value {
     let arguments = [&["estimate", name, "--guide", "sim.toml", "--json"], more].concat();

@@ -12,15 +12,23 @@
 //! [[mechanism]]                     # what acts beside the law; any number of them
 //! id = "seal-drag"
 //! drag_n = 4.2
+//!
+//! [[curve]]                         # what acts beside both and has no name; any number of them
+//! axis = "velocity"
+//! carrier = "odd"
+//! at = [0.01, 0.1, 0.5]
+//! height = [0.0, 0.4, 1.3]
 //! ```
 //!
 //! A file with neither `[guide]` nor `[lubricant]` nor `[operation]` holds a run against its own column
 //! `simulated_force_n`.
 
+mod curves;
 mod mechanisms;
 mod read;
 mod write;
 
+use crate::curve::AddedCurve;
 use crate::document::BadFile;
 use crate::guide::GuideSet;
 use crate::mechanism::Added;
@@ -43,6 +51,8 @@ pub struct Simulation {
     pub columns: Vec<(String, String)>,
     /// What acts beside the law, in the order of the file.
     pub mechanisms: Vec<Added>,
+    /// What acts beside both and has no name, in the order of the file.
+    pub curves: Vec<AddedCurve>,
 }
 
 /// What makes the drag force.
@@ -133,6 +143,7 @@ impl Simulation {
             tolerance: Tolerance::default(),
             columns: Vec::new(),
             mechanisms: Vec::new(),
+            curves: Vec::new(),
         }
     }
 

@@ -9,6 +9,7 @@
 //! file       the simulation file: law, operation, axis, tolerance
 //! law        the drag force that the law says, row by row
 //! mechanism  the physics and the faults of sensors that a simulation may leave out
+//! curve      what it leaves out and nobody has a name for
 //! profile    how an axis is driven so that a recording tells something
 //! sensor     what sensors make of a run
 //! ```
@@ -16,6 +17,7 @@
 //! No file is opened and nothing is printed here: text comes in, numbers and reasons go out.
 #![forbid(unsafe_code)]
 
+pub mod curve;
 mod document;
 pub mod file;
 pub mod guide;

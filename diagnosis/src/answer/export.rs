@@ -6,6 +6,7 @@
 //! column is read, the other two go to `[simulated_force]`.
 
 use simulation::Simulation;
+use simulation::curve::{AddedCurve, Axis};
 use simulation::file::Law;
 use simulation::guide::GuideSet;
 use simulation::law::Factors;
@@ -58,6 +59,13 @@ pub(crate) fn calibrated(simulation: &Simulation, factors: &Factors) -> Result<S
     match Simulation::from_toml(&calibrated.to_toml()) {
         Ok(_) => Ok(calibrated),
         Err(bad) => Err(bad.what),
+    }
+}
+
+/// Lays the knots of a curve along the preload where the calibrated file reads them: it reads that column with its factor.
+pub(crate) fn as_read(added: &mut AddedCurve, calibrated: &Simulation, factors: &Factors) {
+    if added.curve.axis == Axis::Preload && matches!(calibrated.law, Law::Guide(_)) {
+        added.curve.knots.iter_mut().for_each(|knot| *knot *= factors.preload);
     }
 }
 

@@ -20,6 +20,7 @@ pub(crate) mod scores;
 pub(crate) mod shown;
 
 use simulation::Simulation;
+use simulation::law::Factors;
 use simulation::mechanism::Id;
 
 use crate::answer::aside::Aside;
@@ -31,7 +32,7 @@ use crate::answer::shown::Shown;
 use crate::experiment;
 use crate::fit::bench::Member;
 use crate::fit::rest::shares;
-use crate::fit::source::added;
+use crate::fit::source::{added, added_curves};
 use crate::nominal::Nominal;
 use crate::recording::side::Side;
 use crate::report::{DataQuality, Diagnosis, Finding, NextExperiment, Region, SCHEMA, Unexplained, Verdict};
@@ -271,15 +272,19 @@ fn augmented(
     warnings: &mut Vec<String>,
 ) -> Simulation {
     let complete = nominal.completed(values);
-    let mut simulation = match export::calibrated(&complete, &nominal.factors(values)) {
-        Ok(calibrated) => calibrated,
+    let factors = nominal.factors(values);
+    let (mut simulation, factors) = match export::calibrated(&complete, &factors) {
+        Ok(calibrated) => (calibrated, factors),
         Err(why) => {
             warnings.push(format!("the augmented simulation keeps the given parameters: {why}"));
-            complete
+            (complete, Factors::default())
         }
     };
     for (member, amplitudes) in members.iter().zip(amplitudes) {
         simulation.mechanisms.extend(added(&member.candidate.source, amplitudes));
+        let mut curves = added_curves(&member.candidate.source, amplitudes);
+        curves.iter_mut().for_each(|added| export::as_read(added, &simulation, &factors));
+        simulation.curves.extend(curves);
     }
     simulation
 }

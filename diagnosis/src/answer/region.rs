@@ -1,7 +1,8 @@
 //! Where a cause acts.
 
+use simulation::curve::Axis;
+
 use crate::fit::source::Source;
-use crate::fit::story::Axis;
 use crate::recording::side::Side;
 use crate::report::Region;
 
@@ -28,7 +29,7 @@ pub(crate) fn region(
         && let Some(period_s) = curve.period_s()
     {
         let hz = 1.0 / period_s;
-        return Some(Region { axis: axis_name, from: hz, to: hz, unit: "Hz", share, id: id.to_owned() });
+        return Some(Region { axis: "frequency", from: hz, to: hz, unit: "Hz", share, id: id.to_owned() });
     }
     let axis = Axis::of_name(axis_name)?;
     let mut points: Vec<(f64, f64)> = Vec::new();

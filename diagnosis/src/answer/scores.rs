@@ -1,6 +1,7 @@
 //! The three stages on rows that no step of the search has seen, and what each cause does there.
 
 use simulation::Simulation;
+use simulation::curve::Axis;
 use simulation::file::PositionReference;
 use simulation::mechanism::Context;
 use simulation::run::Run;
@@ -11,7 +12,6 @@ use crate::answer::play::Play;
 use crate::answer::proof::{self, Split, Stages};
 use crate::fit::bench::Member;
 use crate::fit::source::{Source, raw_columns, weighted};
-use crate::fit::story::Axis;
 use crate::noise::rows::Rows;
 use crate::nominal::Nominal;
 use crate::numbers::linear::{Cholesky, Symmetric, dot};

@@ -4,9 +4,10 @@
 //! most of what the others leave: a force that is late or filtered is wrong there for a few rows, by far more than noise, and
 //! is no noise. The curves hang on the runs alone, so that their columns and inner products are made once.
 
+use simulation::curve::{Axis, Curve};
 use simulation::mechanism::Context;
 
-use crate::fit::story::{Axis, Curve};
+use crate::fit::story;
 use crate::noise::rows::Rows;
 use crate::numbers::linear::{Cholesky, Symmetric, products};
 
@@ -32,13 +33,13 @@ pub(crate) struct Saturation {
 impl Saturation {
     /// `compared`: rows of all runs that knots are laid over, one entry each.
     pub(crate) fn new(rows: &Rows, contexts: &[Context<'_>], compared: &[bool]) -> Self {
-        let mut curves = Curve::all(contexts, compared);
-        curves.extend(Curve::since_turn(contexts));
+        let mut curves = story::all(contexts, compared);
+        curves.extend(story::since_turn(contexts));
         let mut columns = Vec::new();
         for curve in &curves {
-            let mut of_runs = vec![Vec::new(); curve.len()];
+            let mut of_runs = vec![Vec::new(); story::count(curve)];
             for context in contexts {
-                for (all, own) in of_runs.iter_mut().zip(curve.columns(context)) {
+                for (all, own) in of_runs.iter_mut().zip(story::columns(curve, context)) {
                     all.extend(own.into_iter().map(|x| if x.is_finite() { x } else { 0.0 }));
                 }
             }
@@ -84,12 +85,12 @@ impl Saturation {
         let mut residual = mismatch.to_vec();
         let mut heights = x.as_slice();
         for curve in &self.curves {
-            let (own, others) = heights.split_at(curve.len());
+            let (own, others) = heights.split_at(story::count(curve));
             heights = others;
             let mut rest = residual.as_mut_slice();
             for context in contexts {
                 let (run, runs) = rest.split_at_mut(context.run.len());
-                curve.take_from(context, own, run);
+                story::take_from(curve, context, own, run);
                 rest = runs;
             }
         }
@@ -108,7 +109,7 @@ impl Saturation {
     fn heights(&self, a: &Symmetric, b: &[f64], square: f64) -> Vec<f64> {
         let x = Cholesky::of(a).solve(b);
         let Some(turn) = self.curves.last().filter(|curve| curve.axis == Axis::SinceTurn) else { return x };
-        let of_turn = self.columns.len() - turn.len()..self.columns.len();
+        let of_turn = self.columns.len() - story::count(turn)..self.columns.len();
         let others: Vec<usize> = (0..b.len()).filter(|at| !of_turn.contains(at)).collect();
         let mut a_of_others = Symmetric::zeros(others.len());
         for (i, at) in others.iter().enumerate() {

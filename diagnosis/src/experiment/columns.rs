@@ -7,6 +7,7 @@ use simulation::profile::Course;
 
 use crate::fit::bench::{Candidate, Member};
 use crate::fit::source::{Source, raw_columns};
+use crate::fit::story;
 use crate::nominal::Nominal;
 use crate::recording::sanity::compared;
 use crate::report::DataQuality;
@@ -199,7 +200,7 @@ pub(super) fn of_run(
         let count = match source {
             Source::Mechanism { definition, form, .. } => definition.forms[*form].amplitudes.len(),
             Source::Shift { .. } => 1,
-            Source::Story { curve } => contexts.first().map_or(0, |context| curve.columns(context).len()),
+            Source::Story { curve } => story::count(curve),
         };
         columns.extend(whites(source, count));
     }

@@ -1,13 +1,13 @@
 //! Everything that may be taken up: the causes of the library over grids of their shapes, the law's parameters set free,
 //! and curves without a story.
 
+use simulation::curve::Curve;
 use simulation::mechanism::{Definition, Form, Id, Kind, Search, ShapeParameter, library};
 
 use crate::fit::bench::{Bench, Candidate, Fit, Gain};
 use crate::fit::refine::refine;
 use crate::fit::source::Source;
 use crate::fit::spectrum::{Left, Waves, is_wave, span, tried};
-use crate::fit::story::Curve;
 use crate::nominal::Nominal;
 
 /// Causes whose every form is looked at.

@@ -1,9 +1,10 @@
 //! Where a column comes from: a form of a mechanism at values of its shape, a parameter of the law, or a curve without a
 //! story.
 
+use simulation::curve::{AddedCurve, Axis, Curve};
 use simulation::mechanism::{Added, Context, Definition, Id, Sign};
 
-use crate::fit::story::{Axis, Curve};
+use crate::fit::story;
 
 /// Where a set of columns comes from.
 #[derive(Clone, Debug)]
@@ -98,14 +99,14 @@ pub(crate) fn raw_columns(source: &Source, contexts: &[Context<'_>]) -> Option<V
     let count = match source {
         Source::Mechanism { definition, form, .. } => definition.forms[*form].amplitudes.len(),
         Source::Shift { .. } => return None,
-        Source::Story { curve } => curve.columns(contexts.first()?).len(),
+        Source::Story { curve } => story::count(curve),
     };
     let mut columns = vec![Vec::new(); count];
     let mut shown = false;
     for context in contexts {
         let own = match source {
             Source::Mechanism { definition, form, shape } => (definition.forms[*form].columns)(context, shape),
-            Source::Story { curve } => Some(curve.columns(context)),
+            Source::Story { curve } => Some(story::columns(curve, context)),
             Source::Shift { .. } => None,
         };
         shown |= own.is_some();
@@ -131,12 +132,20 @@ pub(crate) fn weighted(columns: &[Vec<f64>], amplitudes: &[f64]) -> Vec<f64> {
     (0..rows).map(|n| columns.iter().zip(amplitudes).map(|(column, x)| column[n] * x).sum()).collect()
 }
 
-/// An entry of an augmented simulation.
+/// A cause with a name as an entry of an augmented simulation.
 pub(crate) fn added(source: &Source, amplitudes: &[f64]) -> Option<Added> {
     match source {
         Source::Mechanism { definition, form, shape } => {
             Some(Added { id: definition.id, form: *form, shape: shape.clone(), amplitudes: amplitudes.to_vec() })
         }
         _ => None,
+    }
+}
+
+/// What has no name as entries of an augmented simulation.
+pub(crate) fn added_curves(source: &Source, amplitudes: &[f64]) -> Vec<AddedCurve> {
+    match source {
+        Source::Story { curve } => story::added(curve, amplitudes),
+        _ => Vec::new(),
     }
 }

@@ -19,8 +19,8 @@ pub(crate) struct Side<'a> {
     pub(crate) contexts: Vec<Context<'a>>,
     /// Rows that can be compared, of all runs laid end to end.
     pub(crate) compared: Vec<bool>,
-    /// Force that the simulation file's own mechanisms add, N.
-    pub(crate) own_mechanisms_n: Vec<f64>,
+    /// Force that the simulation file's own mechanisms and curves add, N.
+    pub(crate) beside_law_n: Vec<f64>,
     pub(crate) drag_n: Vec<f64>,
     /// Rows at an end of the force channel, of all runs laid end to end.
     pub(crate) clipped: Vec<bool>,
@@ -46,7 +46,7 @@ impl<'a> Side<'a> {
             smooth,
             contexts: Vec::new(),
             compared: Vec::new(),
-            own_mechanisms_n: Vec::new(),
+            beside_law_n: Vec::new(),
             drag_n: Vec::new(),
             clipped: Vec::new(),
             limit_n: None,
@@ -59,13 +59,11 @@ impl<'a> Side<'a> {
             let ends = ChannelEnds::of(&run.drag_force_n);
             side.clipped.extend(run.drag_force_n.iter().map(|force| ends.has(*force)));
             side.limit_n = ends.limit_n().into_iter().chain(side.limit_n).min_by(f64::total_cmp);
-            let start = side.own_mechanisms_n.len();
-            side.own_mechanisms_n.resize(start + run.len(), 0.0);
-            for added in &simulation.mechanisms {
-                if let Some(force) = added.force_n(&context) {
-                    for (sum, force) in side.own_mechanisms_n[start..].iter_mut().zip(force) {
-                        *sum += if force.is_finite() { force } else { 0.0 };
-                    }
+            let start = side.beside_law_n.len();
+            side.beside_law_n.resize(start + run.len(), 0.0);
+            for force in simulation.beside_law_n(&context) {
+                for (sum, force) in side.beside_law_n[start..].iter_mut().zip(force) {
+                    *sum += if force.is_finite() { force } else { 0.0 };
                 }
             }
             side.drag_n.extend(&run.drag_force_n);
@@ -74,13 +72,13 @@ impl<'a> Side<'a> {
         Ok(side)
     }
 
-    /// Force of the law with its own mechanisms.
+    /// Force of the law with what the simulation file has beside it.
     pub(crate) fn force(&self, nominal: &Nominal, values: &[f64]) -> Result<Vec<f64>, String> {
         let mut force = Vec::with_capacity(self.drag_n.len());
         for (run, motion) in self.runs.iter().zip(self.motions) {
             force.extend(nominal.force(values, run, motion).map_err(|why| said(run, &why))?);
         }
-        for (force, own) in force.iter_mut().zip(&self.own_mechanisms_n) {
+        for (force, own) in force.iter_mut().zip(&self.beside_law_n) {
             *force += own;
         }
         Ok(force)

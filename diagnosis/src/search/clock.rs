@@ -16,12 +16,13 @@ use std::sync::Arc;
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 
+use simulation::curve::Carrier;
 use simulation::mechanism::Context;
 use simulation::run::{Part, Run};
 
 use crate::fit::bench::{Bench, Candidate, Fit};
 use crate::fit::source::Source;
-use crate::fit::story::{Carrier, Curve};
+use crate::fit::story;
 use crate::numbers::peaks::peaks;
 
 /// Shortest period, s, where the transform has room for it.
@@ -205,7 +206,7 @@ struct Clock {
 
 impl Clock {
     fn at(bench: &Bench<'_>, fit: &Fit, hz: f64, carrier: Carrier) -> Option<Self> {
-        let mut candidate = bench.candidate(Source::Story { curve: Curve::clock(1.0 / hz, carrier) })?;
+        let mut candidate = bench.candidate(Source::Story { curve: story::clock(1.0 / hz, carrier) })?;
         bench.prepare(&mut candidate, &fit.active);
         let nats = bench.gain(&candidate, fit).nats;
         Some(Clock { hz, carrier, candidate, nats })

@@ -16,9 +16,10 @@
 //! F cos(k π (u_x + 1)/2) rms(f_m)/rms(F)      F: what the law says, k: 0 to 16
 //! ```
 
+use simulation::curve::Axis;
+
 use crate::fit::bench::{Bench, Fit, Member};
 use crate::fit::rest::power;
-use crate::fit::story::Axis;
 
 /// Standard deviation of what a form is wrong by, of its force, along each polynomial: two of it are the seventh behind
 /// [`FURTHER`](crate::search).

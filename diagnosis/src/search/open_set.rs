@@ -3,10 +3,11 @@
 //! A curve without a story that explains what no named cause explains is an unknown cause. It is taken up beside the
 //! names that still earn their place next to it, so that the error falls although the name is missing.
 
+use simulation::curve::Axis;
+
 use crate::fit::bench::{Bench, Beside, Candidate, Member};
 use crate::fit::pool::{Pool, Tolerances, ranked};
 use crate::fit::source::Source;
-use crate::fit::story::Axis;
 use crate::numbers::statistics::line;
 use crate::search::clock::Clocks;
 use crate::search::opening::{Asked, is_open, p_of};
@@ -222,7 +223,7 @@ pub(crate) fn formula(source: &Source, amplitudes: &[f64]) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::story::{Carrier, Curve};
+    use simulation::curve::{Carrier, Curve};
 
     #[test]
     fn bursts_are_unsteady_and_noise_of_changing_level_is_not() {

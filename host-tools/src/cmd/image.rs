@@ -21,8 +21,8 @@ use super::{Failure, output, say};
 /// that the block is calibrated come from --record; without it they are those of an unprogrammed
 /// block, and an image that is not calibrated gives no preload. What diagnose exports has preload
 /// and friction moved within their tolerances; a calibrated block keeps its own with --keep-law.
-/// A mechanism that the block cannot
-/// run is refused with its name and the reason: exit status 3, no image.
+/// A mechanism that the block cannot run, and every curve, is refused with its name and the reason:
+/// exit status 3, no image.
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment, allow_negative_numbers = true)]
 pub(crate) struct Arguments {

@@ -1,9 +1,10 @@
-//! Each mechanism of a simulation into the block's parameters, or why not.
+//! Each mechanism of a simulation into the block's parameters, or why not; a curve never.
 
 use model_core::left_out::wave::{Acts, ORDERS, Wave};
 use model_core::params::Params;
 use model_core::reference::zhou_2023::OIL;
 use simulation::Simulation;
+use simulation::curve::AddedCurve;
 use simulation::file::PositionReference;
 use simulation::guide::{GuideSet, Lubricant};
 use simulation::mechanism::{Added, Form, Id};
@@ -39,13 +40,24 @@ pub(super) fn all(
         };
         match outcome {
             Ok(how) => carried.push(Carried { id: added.id, form: form.name, how }),
-            Err(why) => refused.push(Refused { id: added.id, form: form.name, why }),
+            Err(why) => refused.push(Refused { id: added.id.name(), form: form.name, why }),
         }
     }
+    refused.extend(simulation.curves.iter().map(nameless));
     // the mass that the law itself accelerates; the force sensor's gain acts on it as on the law
     let mass = simulation.axis.moved_mass_kg.unwrap_or(0.0) * (1.0 + f64::from(params.left_out.sensor.gain_error));
     params.left_out.pull.inertia_kg += mass as f32;
     if refused.is_empty() { Ok(carried) } else { Err(NoImage::Refused(refused)) }
+}
+
+/// The block has equations and no tables over axes: it cannot run what has no equation.
+fn nameless(added: &AddedCurve) -> Refused {
+    let axis = added.curve.axis.name();
+    let why = format!(
+        "it is a force along {axis} that nobody has a name for, and the block has no equation for it; find its cause, or leave \
+         the entry out and live with its error"
+    );
+    Refused { id: "curve", form: axis, why }
 }
 
 /// The numbers of a mechanism by their names.

@@ -2,7 +2,7 @@
 //!
 //! The law, its oil and every `[[mechanism]]` of the file go into the record; sensors, ranges, uncertainties, node and
 //! the mark "calibrated" stay those of the record it is made from. A mechanism that the chip cannot run is refused by
-//! name: an image that silently lacked it would bring the error back that was just explained.
+//! name, and so is every `[[curve]]`: an image that silently lacked it would bring the error back that was just explained.
 
 mod carry;
 mod page;
@@ -61,12 +61,12 @@ pub struct Carried {
     pub how: String,
 }
 
-/// A mechanism that the chip cannot run.
+/// A mechanism or a curve that the chip cannot run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refused {
-    /// Which one.
-    pub id: Id,
-    /// Its form.
+    /// Name of the mechanism; `curve` of what has none.
+    pub id: &'static str,
+    /// Its form; of a curve the axis that it lies along.
     pub form: &'static str,
     /// Why, and what to do.
     pub why: String,
@@ -78,7 +78,7 @@ pub enum NoImage {
     /// The law is none that a block can invert.
     #[error("{0}")]
     Law(&'static str),
-    /// At least one mechanism cannot be run; all of those are named.
+    /// At least one mechanism or curve cannot be run; all of those are named.
     #[error("{}", sentences(.0))]
     Refused(Vec<Refused>),
     /// The oil's viscosity cannot be put into the block's form.

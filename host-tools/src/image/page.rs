@@ -123,7 +123,7 @@ fn made<'a>(record: &ParameterRecord, hash: u32, bytes: usize) -> Made<'a> {
 
 /// What was refused, as one JSON object.
 pub fn refusal_json<'a>(refused: &'a [Refused]) -> String {
-    let entry = |r: &'a Refused| Entry { id: r.id.name(), form: r.form, carried: None, refused: Some(&r.why) };
+    let entry = |r: &'a Refused| Entry { id: r.id, form: r.form, carried: None, refused: Some(&r.why) };
     json(&NotMade { schema: SCHEMA, refused: refused.iter().map(entry).collect() })
 }
 

@@ -225,13 +225,28 @@ fn what_the_chip_cannot_run_is_refused_by_name_all_at_once() {
     .concat();
     let why = build(&simulation(&text), &UNPROGRAMMED, &Circumstances::default()).expect_err("refused");
     let NoImage::Refused(refused) = &why else { panic!("{why}") };
-    assert_eq!(
-        refused.iter().map(|r| r.id.name()).collect::<Vec<_>>(),
-        ["self-heating", "thermal-preload", "external-load"]
-    );
+    assert_eq!(refused.iter().map(|r| r.id).collect::<Vec<_>>(), ["self-heating", "thermal-preload", "external-load"]);
     let message = why.to_string();
     for word in ["self-heating (form minimal) cannot run on the block", "--external-load-n"] {
         assert!(message.contains(word), "{message}");
+    }
+}
+
+#[test]
+fn a_force_without_a_name_is_refused_with_its_axis() {
+    let curve = "\n[[curve]]\naxis = \"velocity\"\ncarrier = \"odd\"\nat = [0.01, 0.1]\nheight = [0.0, 0.7]\n";
+    let seal = entry("id = \"seal-drag\"\ndrag_n = 4.0");
+    for keep_law in [false, true] {
+        let told = Circumstances { keep_law, ..TOLD };
+        let why = build(&simulation(&format!("{seal}{curve}")), &UNPROGRAMMED, &told).expect_err("refused");
+        let message = why.to_string();
+        assert!(
+            message.starts_with("curve (form velocity) cannot run on the block: it is a force along velocity"),
+            "{message}"
+        );
+        let NoImage::Refused(refused) = &why else { panic!("{why}") };
+        assert_eq!(refused.len(), 1);
+        assert!(refusal_json(refused).contains("\"curve\""));
     }
 }
 
@@ -264,7 +279,7 @@ fn no_mechanism_is_dropped_silently() {
                 }
                 Err(NoImage::Refused(why)) => {
                     refused += 1;
-                    assert!(why.len() == 1 && why[0].id == definition.id && why[0].why.len() > 20, "{why:?}");
+                    assert!(why.len() == 1 && why[0].id == definition.id.name() && why[0].why.len() > 20, "{why:?}");
                 }
                 Err(other) => panic!("{} {}: {other}", definition.id, own.name),
             }

@@ -1,7 +1,7 @@
 //! What a simulation says of a recording, sample by sample.
 //!
 //! ```text
-//! recording -> run -> motion -> law and mechanisms -> force of every row -> rows that were left out put back, empty
+//! recording -> run -> motion -> law, mechanisms, curves -> force of every row -> rows that were left out put back, empty
 //! profile ----------^                               -> why a row has none
 //! ```
 
@@ -14,7 +14,9 @@ pub use page::{Series, page};
 pub use silent::{Silence, silences};
 
 use simulation::Simulation;
+use simulation::curve::AddedCurve;
 use simulation::law::Missing;
+use simulation::mechanism::Context;
 use simulation::motion::Motion;
 use simulation::run::Run;
 
@@ -29,13 +31,30 @@ pub struct Simulated {
 }
 
 impl Simulated {
-    /// Asks the law and the mechanisms that the simulation has beside it. This is the only place that does.
+    /// Asks the law and what the simulation has beside it. This is the only place that does.
     ///
     /// # Errors
     /// [`Missing`]: something that the law needs is neither in the run nor in the simulation.
     pub fn of(simulation: &Simulation, run: &Run, motion: &Motion) -> Result<Self, Missing> {
         Ok(Simulated { force_n: simulation.force(run, motion)?, direction: simulation.direction(motion) })
     }
+}
+
+/// What of the simulation's curves the run does not show, each as a line for people: its force is left out.
+///
+/// # Errors
+/// [`Missing`] as [`Simulated::of`].
+pub fn not_shown(simulation: &Simulation, run: &Run, motion: &Motion) -> Result<Vec<String>, Missing> {
+    if simulation.curves.is_empty() {
+        return Ok(Vec::new());
+    }
+    let context = Context::of(simulation, run, motion)?;
+    let hidden = simulation.curves.iter().filter(|added| added.force_n(&context).is_none());
+    let line = |added: &AddedCurve| {
+        let axis = added.curve.axis.name();
+        format!("the curve over {axis} is left out of the force: nothing in the run tells its {axis}")
+    };
+    Ok(hidden.map(line).collect())
 }
 
 /// Puts the forces of those rows that were used among all rows of a file, whose times are `all_s`; rows that were left

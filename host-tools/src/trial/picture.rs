@@ -103,7 +103,7 @@ fn rest(folder: &Path, results: &Path, id: &str, truth: &Truth, main_axis: Optio
     let simulation = |path: &Path| Simulation::from_toml(&fs::read_to_string(path).ok()?).ok();
     let augmented = simulation(&results.join(format!("{id}.toml")));
     let given = match &augmented {
-        Some(augmented) => Simulation { mechanisms: Vec::new(), ..augmented.clone() },
+        Some(augmented) => Simulation { mechanisms: Vec::new(), curves: Vec::new(), ..augmented.clone() },
         None => simulation(&record.join("simulation.toml"))?,
     };
     // a gain on a column stands in the file as a mapping

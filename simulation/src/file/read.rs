@@ -5,13 +5,23 @@ use std::ops::Range as Span;
 use model_core::quantity::{self, Range};
 use toml::de::DeTable;
 
-use super::{Axis, Law, PositionReference, SCHEMA, Simulation, Tolerance, mechanisms};
+use super::{Axis, Law, PositionReference, SCHEMA, Simulation, Tolerance, curves, mechanisms};
 use crate::document::{Item, Mistake, items, parse};
 use crate::guide::GuideSet;
 
 /// Sections of a file, in the order that messages list them.
-const SECTIONS: [&str; 9] =
-    ["schema", "guide", "lubricant", "operation", "axis", "tolerance", "columns", COLUMN, mechanisms::SECTION];
+const SECTIONS: [&str; 10] = [
+    "schema",
+    "guide",
+    "lubricant",
+    "operation",
+    "axis",
+    "tolerance",
+    "columns",
+    COLUMN,
+    mechanisms::SECTION,
+    curves::SECTION,
+];
 
 /// Section of a column of simulated force.
 pub(super) const COLUMN: &str = "simulated_force";
@@ -51,6 +61,7 @@ pub(super) fn simulation(text: &str) -> Result<Simulation, Mistake> {
             "tolerance" => simulation.tolerance = tolerance(item.table()?)?,
             "columns" => simulation.columns = columns(item.table()?)?,
             mechanisms::SECTION => simulation.mechanisms = mechanisms::read(&item)?,
+            curves::SECTION => simulation.curves = curves::read(&item)?,
             _ => {
                 let what = format!("there is no section {}; there are: {}", item.key, SECTIONS.join(", "));
                 return Err(Mistake::new(&item.key_span, what));

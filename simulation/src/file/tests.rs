@@ -2,6 +2,7 @@ use model_core::contact::{ContactAngle, Guide, HerseySpeed};
 use model_core::reference::zhou_2023;
 
 use super::*;
+use crate::curve::{self, Carrier, Curve};
 use crate::guide::Lubricant;
 use crate::mechanism::{Id, library};
 use crate::published::{Provenance, Value};
@@ -144,7 +145,7 @@ fn mistakes_have_line_column_and_what_would_be_right() {
         ("[guide]\nmu = 3", &format!("line 3, column 1: there is no key guide.mu; there are: {keys}")),
         (
             "[oil]",
-            "line 2, column 2: there is no section oil; there are: schema, guide, lubricant, operation, axis, tolerance, columns, simulated_force, mechanism",
+            "line 2, column 2: there is no section oil; there are: schema, guide, lubricant, operation, axis, tolerance, columns, simulated_force, mechanism, curve",
         ),
         ("guide = 3", "line 2, column 9: guide must be a table"),
         ("[guide]\nhersey = \"both\"", "line 3, column 10: guide.hersey must be one of: \"slip\", \"carriage\""),
@@ -225,6 +226,23 @@ fn mistakes_have_line_column_and_what_would_be_right() {
             "line 4, column 12: mechanism.length_m must be above 0 and at most 1e12, not 0",
         ),
         ("[columns]\ndrag_force_n = 3", "line 3, column 16: columns.drag_force_n must be a text in quotes"),
+        ("curve = 3", "line 2, column 9: curves stand in entries that start with [[curve]], in two brackets"),
+        ("curve = [3]", "line 2, column 10: a curve must be a table with axis, carrier, at and height"),
+        ("[[curve]]\ncarrier = \"odd\"", "line 2, column 1: a curve needs axis, such as axis = \"velocity\""),
+        (
+            "[[curve]]\naxis = \"colour\"",
+            "line 3, column 8: curve.axis must be one of: \"direction\", \"velocity\", \"load\", \"preload\", \"position\", \
+             \"time\", \"travel\", \"temperature\", \"temperature-difference\", \"acceleration\", \"reversal-distance\", \
+             \"dwell\", \"clock\", \"time-since-turn\"",
+        ),
+        (
+            "[[curve]]\naxis = \"time\"\ncarrier = 1",
+            "line 4, column 11: curve.carrier must be one of: \"even\", \"odd\", \"drag\"",
+        ),
+        (
+            "[[curve]]\nshape = 1",
+            "line 3, column 1: there is no key curve.shape; there are: axis, carrier, period_s, at, height",
+        ),
     ] {
         assert_eq!(read(text).expect_err(text), message);
     }
@@ -257,4 +275,94 @@ fn mechanisms_of_every_form_are_written_and_read_back_byte_by_byte() {
     // the form that is not named is the first one
     let short = read("[[mechanism]]\nid = \"inertia\"\nmass_kg = 3").expect("legal");
     assert_eq!(short.mechanisms, [Added { id: Id::Inertia, form: 0, shape: vec![], amplitudes: vec![3.0] }]);
+}
+
+/// An entry along an axis with these lines.
+fn along(axis: &str, more: &str) -> String {
+    format!("[[curve]]\naxis = \"{axis}\"\ncarrier = \"odd\"\n{more}")
+}
+
+#[test]
+fn mistakes_in_the_numbers_of_a_curve_have_line_and_column() {
+    for (axis, more, message) in [
+        ("time", "height = [1]", "line 2, column 1: a curve needs at, such as at = [0.01, 0.1, 0.5]"),
+        ("time", "at = [0, 1]", "line 2, column 1: a curve needs height, such as height = [0.0, 0.4, 1.3]"),
+        ("time", "at = 3\nheight = [1]", "line 5, column 6: curve.at must be a list of numbers"),
+        ("time", "at = [0, \"x\"]\nheight = [1]", "line 5, column 10: curve.at must be a number"),
+        ("time", "at = [0]\nheight = [1]", "line 5, column 6: curve.at must have two numbers or more"),
+        (
+            "time",
+            "at = [0, 2, 2]\nheight = [1]",
+            "line 5, column 6: the numbers of curve.at must rise, each above the one before",
+        ),
+        (
+            "velocity",
+            "at = [-0.1, 0.1]\nheight = [1, 2]",
+            "line 5, column 7: curve.at must lie between 0e0 and 1e12 m/s, not -0.1",
+        ),
+        (
+            "time",
+            "at = [0, inf]\nheight = [1, 2]",
+            "line 5, column 10: curve.at must lie between -1e12 and 1e12 s, not inf",
+        ),
+        (
+            "time",
+            "at = [0, 1]\nheight = [1, nan]",
+            "line 6, column 14: curve.height must lie between -1e12 and 1e12 N, not NaN",
+        ),
+        (
+            "time",
+            "at = [0, 1]\nheight = [1]",
+            "line 6, column 10: curve.height must have one number for each of curve.at: 2, not 1",
+        ),
+        (
+            "clock",
+            "at = [0, 1]\nheight = [1, 2]",
+            "line 2, column 1: a curve along a clock needs period_s in s, such as period_s = 5.0",
+        ),
+        (
+            "clock",
+            "period_s = 1\nat = [0, 1]\nheight = [1, 2]",
+            "line 5, column 12: curve.period_s must be above the last number of curve.at and at most 1e12 s, not 1",
+        ),
+        (
+            "clock",
+            "period_s = 3\nat = [1, 2]\nheight = [1, 2]",
+            "line 6, column 6: curve.at of a clock must start at 0",
+        ),
+        (
+            "time",
+            "period_s = 3\nat = [1, 2]\nheight = [1, 2]",
+            "line 5, column 1: curve.period_s is for axis = \"clock\" alone",
+        ),
+    ] {
+        assert_eq!(read(&along(axis, more)).expect_err(more), message, "{more}");
+    }
+}
+
+#[test]
+fn curves_of_every_axis_and_carrier_are_written_and_read_back_byte_by_byte() {
+    let mut simulation = read(FULL).expect("legal");
+    for axis in curve::Axis::ALL {
+        for carrier in Carrier::ALL {
+            let [least, most] = axis.ends().map(|end| end.clamp(-7.0, 7.0));
+            let knots: Vec<f64> = (0..=4).map(|k| least + (most - least) * f64::from(k) / 4.0).collect();
+            let heights = vec![0.1, 0.2 / 3.0, -1e-7, 1e9, 0.1];
+            simulation.curves.push(AddedCurve { curve: Curve { axis, carrier, knots }, heights });
+        }
+    }
+    let written = simulation.to_toml();
+    let back = Simulation::from_toml(&written).expect("legal");
+    assert_eq!(back, simulation);
+    assert_eq!(back.to_toml(), written);
+    let clock = read(&along("clock", "period_s = 4\nat = [0, 1]\nheight = [2, 3]")).expect("legal");
+    assert_eq!(clock.curves[0].curve.knots, [0.0, 1.0, 4.0]);
+    assert_eq!(clock.curves[0].heights, [2.0, 3.0, 2.0]);
+    let written = clock.to_toml();
+    let end = "\n[[curve]]   # a force that nobody has a name for, against the motion\naxis = \"clock\"\ncarrier = \"odd\"\n\
+               period_s = 4.0\nat = [0.0, 1.0]   # s\nheight = [2.0, 3.0]   # N\n";
+    assert!(written.ends_with(end), "{written}");
+    // what cannot be read back is not written
+    simulation.curves.iter_mut().for_each(|added| added.heights.truncate(2));
+    assert!(!simulation.to_toml().contains("[[curve]]"));
 }

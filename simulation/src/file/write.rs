@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::read::{COLUMN, COULOMB_VISCOUS};
-use super::{Axis, Law, PositionReference, SCHEMA, Simulation, Tolerance, mechanisms};
+use super::{Axis, Law, PositionReference, SCHEMA, Simulation, Tolerance, curves, mechanisms};
 use crate::guide::{GuideSet, is_settable};
 use crate::published::{Provenance, Value};
 
@@ -40,6 +40,7 @@ pub(super) fn simulation(simulation: &Simulation) -> String {
         }
     }
     mechanisms::write(&mut text, &simulation.mechanisms);
+    curves::write(&mut text, &simulation.curves);
     text
 }
 

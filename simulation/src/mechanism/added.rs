@@ -47,23 +47,31 @@ impl Added {
 }
 
 impl Simulation {
-    /// Force of the drive on the carriage, N per row: the law and the mechanisms of the file.
+    /// Force of the drive on the carriage, N per row: the law, the mechanisms and the curves of the file.
     ///
-    /// A mechanism that the run cannot show adds nothing; [`Added::force_n`] tells which.
+    /// What the run cannot show adds nothing; [`Added::force_n`] and [`AddedCurve::force_n`] tell which.
+    ///
+    /// [`AddedCurve::force_n`]: crate::curve::AddedCurve::force_n
     ///
     /// # Errors
     /// [`Missing`] as [`Simulation::steady`].
     pub fn force(&self, run: &Run, motion: &Motion) -> Result<Vec<f64>, Missing> {
-        if self.mechanisms.is_empty() {
+        if self.mechanisms.is_empty() && self.curves.is_empty() {
             return Ok(self.steady(&Factors::default(), run, motion)?.force_n);
         }
         let context = Context::of(self, run, motion)?;
         let mut force = context.steady.force_n.clone();
-        for own in self.mechanisms.iter().filter_map(|added| added.force_n(&context)) {
+        for own in self.beside_law_n(&context) {
             for (sum, x) in force.iter_mut().zip(own) {
                 *sum += x;
             }
         }
         Ok(force)
+    }
+
+    /// Force of each mechanism and each curve of the file that the run shows, N per row.
+    pub fn beside_law_n(&self, context: &Context<'_>) -> impl Iterator<Item = Vec<f64>> {
+        let named = self.mechanisms.iter().filter_map(|added| added.force_n(context));
+        named.chain(self.curves.iter().filter_map(|added| added.force_n(context)))
     }
 }

@@ -6,6 +6,7 @@ use host_tools::recording::Column;
 use host_tools::simulate::{self, Simulated};
 use serde_json::json;
 use simulation::Simulation;
+use simulation::law::Missing;
 use simulation::profile::Course;
 use simulation::run::Run;
 
@@ -19,8 +20,9 @@ pub(super) fn run(arguments: &Arguments, name: Name, simulation: &Simulation, ou
     let sensors = arguments.sensors.sensors()?;
     let bar = Bar::busy("simulating");
     let Course { mut run, motion } = profile.drive(name, simulation)?;
-    let simulated = Simulated::of(simulation, &run, &motion)
-        .map_err(|why| Failure::Data(format!("{}: {why}", arguments.simulation_name())))?;
+    let unusable = |why: Missing| Failure::Data(format!("{}: {why}", arguments.simulation_name()));
+    let simulated = Simulated::of(simulation, &run, &motion).map_err(unusable)?;
+    let hidden = simulate::not_shown(simulation, &run, &motion).map_err(unusable)?;
     if let Some(row) = simulated.force_n.iter().position(|f| !f.is_finite()) {
         let preload = run.preload_n.as_ref().map_or(f64::NAN, |column| column[row]);
         return Err(Failure::Usage(format!(
@@ -40,7 +42,7 @@ pub(super) fn run(arguments: &Arguments, name: Name, simulation: &Simulation, ou
     let duration_s = run.time_s.last().copied().unwrap_or(0.0);
     let fastest = motion.velocity_m_s.iter().fold(0.0f64, |a, v| a.max(v.abs()));
     let travel: f64 = motion.position_m.windows(2).map(|w| (w[1] - w[0]).abs()).sum();
-    let lines = vec![format!(
+    let mut lines = vec![format!(
         "{}: {rows} samples, {duration_s:.1} s at {} Hz, {} segments, up to {fastest:.4} m/s, {travel:.2} m travelled; \
          force {:.3} N rms",
         told(name),
@@ -48,6 +50,7 @@ pub(super) fn run(arguments: &Arguments, name: Name, simulation: &Simulation, ou
         run.parts.len(),
         rms(&run.drag_force_n)
     )];
+    lines.extend(hidden.iter().map(|line| format!("{}: {line}", told(name))));
     let object = json!({
         "schema": "guideblock.driven/1",
         "profile": told(name),

@@ -8,6 +8,7 @@ use host_tools::recording::{Column, Losses, Mapping, axis, table};
 use host_tools::simulate::{self, Silence, Simulated, silences};
 use serde_json::json;
 use simulation::Simulation;
+use simulation::law::Missing;
 use simulation::motion::Motion;
 use simulation::run::Run;
 
@@ -27,8 +28,9 @@ pub(super) fn run(
     let run = &file.run;
     let bar = Bar::busy("simulating");
     let motion = Motion::of(run);
-    let simulated =
-        Simulated::of(simulation, run, &motion).map_err(|why| Failure::Data(format!("{}: {why}", run.name)))?;
+    let unusable = |why: Missing| Failure::Data(format!("{}: {why}", run.name));
+    let simulated = Simulated::of(simulation, run, &motion).map_err(unusable)?;
+    let hidden = simulate::not_shown(simulation, run, &motion).map_err(unusable)?;
     drop(bar);
     let mut force_n = simulated.force_n.clone();
     let mut silent: BTreeMap<Silence, usize> = BTreeMap::new();
@@ -53,6 +55,7 @@ pub(super) fn run(
     let difference: Vec<f64> = run.drag_force_n.iter().zip(&force_n).map(|(f, s)| f - s).collect();
     let mut lines: Vec<String> =
         silent.iter().map(|(why, n)| format!("{}: {n} of {} cells are empty: {why}", run.name, all.len())).collect();
+    lines.extend(hidden.iter().map(|line| format!("{}: {line}", run.name)));
     if values == 0 {
         lines.iter().for_each(say);
         return Err(Failure::Data(format!("{}: no sample has a simulated force", run.name)));
