@@ -26,7 +26,7 @@ import subprocess
 import numpy as np
 
 NOISE = 0.01
-ROUNDED = {"time_s": 6, "position_m": 7, "segment": 0}
+ROUNDED = {"time_s": 6, "position_m": 7, "segment": 0, "velocity_m_s": 6}
 
 # --- motion: columns of a recording without its force, and the position behind them
 
@@ -109,7 +109,35 @@ def jerk_limited(_):
     return columns
 
 
-STYLES = {style.__name__: style for style in (hard_turns, sinusoids, ramps, machine_log, jerk_limited)}
+def decades(rng):
+    """Eight runs of 30 s at 200 Hz over preloads of 1:50, 8 K of warming: moves of 1 to 500 mm/s, one run of small sinusoids."""
+    step, rows = 0.005, 6000
+    preloads = rng.permutation(np.geomspace(300, 15_000, 12))[:8]
+    parts = []
+    for run in range(8):
+        if run == 3:
+            parts.append(0.5 + 1e-3 * np.sin(2 * np.pi * 0.5 * np.arange(rows) * step))
+            continue
+        moves, place = [], 0.5
+        while sum(map(len, moves)) < rows:
+            speed, seconds = 10 ** rng.uniform(-3, -0.3), rng.uniform(1, 4)
+            way = np.clip(place + rng.choice([-1, 1]) * speed * seconds, 0.05, 0.95) - place
+            s = np.arange(1, round(seconds / step) + 1) * step / seconds
+            moves.append(place + way * (s - np.sin(2 * np.pi * s) / (2 * np.pi)))
+            place += way
+        parts.append(np.concatenate(moves)[:rows])
+    columns = segments(parts, step, preload_n=preloads)
+    columns["velocity_m_s"] = by_parts(columns, lambda of: np.gradient(columns["position_m"][of], step))
+    warm = np.arange(8 * rows) / (8 * rows)
+    columns["temperature_block_degc"] = 24 + 8 * (1 - np.exp(-2.5 * warm)) / (1 - np.exp(-2.5))
+    return columns
+
+
+STYLES = {style.__name__: style for style in (hard_turns, sinusoids, ramps, machine_log, jerk_limited, decades)}
+
+# standard deviation of what a channel reads
+READ = {"decades": {"position_m": 1e-6, "velocity_m_s": 2e-5, "temperature_block_degc": 0.02}}
+GUIDE_ALONE = {"hard_turns", "decades"}
 
 # --- laws
 
@@ -281,10 +309,13 @@ def make(binary, folder, seed, style, law, effect, share):
     moved.force, moved.friction = LAWS[law](binary, folder, moved)
     rms_n = np.sqrt(np.mean(moved.force**2))
     truth, of = EFFECTS[effect]
+    drag = of(moved, share * rms_n, share)
     noise = rng.standard_normal(len(moved.time))
+    for channel, sigma in READ.get(style, {}).items():
+        moved.columns[channel] = moved.columns[channel] + sigma * rng.standard_normal(len(noise))
     if share > 0.01:
         noise = lagged(noise, 0.9) * np.sqrt((1 + 0.9) / (1 - 0.9))
-    write(folder / "recording.csv", {**moved.columns, "drag_force_n": of(moved, share * rms_n, share) + NOISE * rms_n * noise})
+    write(folder / "recording.csv", {**moved.columns, "drag_force_n": drag + NOISE * rms_n * noise})
     (folder / "truth.json").write_text(json.dumps(truth))
 
 
@@ -322,8 +353,8 @@ def main():
         for law in LAWS
         for effect in EFFECTS
         for share in (0.01, 0.03)
-        # a mass that turns within a row is no machine
-        if not (law == "axis" and effect in FITTED) and not (law != "guide" and style == "hard_turns")
+        # a mass that turns within a row is no machine, and preloads are a guide's
+        if not (law == "axis" and effect in FITTED) and not (law != "guide" and style in GUIDE_ALONE)
     ]
 
     def one(numbered):
