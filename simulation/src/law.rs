@@ -84,7 +84,7 @@ pub struct Steady {
     /// law has no value (preload or temperature not measured in that row, load beyond the contact's geometry). At
     /// rest (direction 0) friction is not determined: only inertia and offset are in it.
     pub force_n: Vec<f64>,
-    /// Sign of the velocity, -1 or 1; 0 below the simulation's `zero_speed_m_s`, or where the velocity's noise hides it.
+    /// Sign of the velocity, -1 or 1; 0 below the simulation's `zero_speed_m_s`.
     pub direction: Vec<f64>,
     /// Friction alone, N, positive against the motion; what it would be at that speed where the carriage stands. A column of
     /// force does not tell that: there it is 0 at rest, and `force_n` the column.
@@ -153,11 +153,11 @@ impl Simulation {
         }
     }
 
-    /// Sign of the velocity of every row, 0 below `zero_speed_m_s` and where the velocity's noise hides it.
+    /// Sign of the velocity of every row, 0 below `zero_speed_m_s`.
     pub fn direction(&self, motion: &Motion) -> Vec<f64> {
         let zero = self.axis.zero_speed_m_s;
-        let rows = motion.velocity_m_s.iter().zip(&motion.heading);
-        rows.map(|(v, heading)| if v.abs() < zero { 0.0 } else { *heading }).collect()
+        let sign = |v: &f64| if v.abs() < zero || *v == 0.0 { 0.0 } else { v.signum() };
+        motion.velocity_m_s.iter().map(sign).collect()
     }
 }
 

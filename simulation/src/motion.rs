@@ -25,12 +25,6 @@ const LEFT_OF_VARIANCE: f64 = 0.7588;
 /// Longest window, rows to either side.
 const MAX_REACH: usize = 50;
 
-/// Standard deviations of its noise from which a velocity has a sign.
-const SURE: f64 = 4.0;
-
-/// Least rows before and after a row whose mean velocities tell its sign where its own does not.
-const TOLD_BY: usize = 8;
-
 /// Motion of every row. All columns have the run's length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
@@ -38,9 +32,6 @@ pub struct Motion {
     pub position_m: Vec<f64>,
     /// Velocity, m/s.
     pub velocity_m_s: Vec<f64>,
-    /// Sign of the velocity, -1 or 1, as far as its noise lets it be told: by the row itself, else by those before and after where
-    /// both say the same; 0 elsewhere.
-    pub heading: Vec<f64>,
     /// Acceleration, m/s²: as measured, else derived.
     pub acceleration_m_s2: Vec<f64>,
     /// Rows to either side of a row that its velocity comes from.
@@ -56,26 +47,15 @@ impl Motion {
     pub fn of(run: &Run) -> Self {
         let parts: Vec<Range<usize>> = run.parts.iter().map(|part| part.rows.clone()).collect();
         let step_s = run.step_s();
-        let (reach, velocity_m_s, heading) = match (&run.velocity_m_s, &run.position_m) {
-            (Some(velocity), _) => {
-                let sigma = sigma(velocity, &parts);
-                // its noise is that of each row alone
-                let heading = heading(velocity, &parts, sigma, TOLD_BY, (TOLD_BY as f64).sqrt());
-                (reach(sigma, 0.02 * rms(velocity)), velocity.clone(), heading)
-            }
+        let (reach, velocity_m_s) = match (&run.velocity_m_s, &run.position_m) {
+            (Some(velocity), _) => (reach(velocity, &parts, 0.02 * rms(velocity)), velocity.clone()),
             (None, Some(position)) => {
                 // the rough velocity that the limit of its noise is taken from
                 let rough = rms(&slope(&run.time_s, position, &parts, 5));
-                let sigma = sigma(position, &parts);
-                let reach = reach(sigma, VELOCITY_NOISE * rough * step_s);
-                let velocity = slope(&run.time_s, position, &parts, reach);
-                // rows share the noise of their windows: a mean is as noisy as the way between its ends
-                let (rows, wide) = (2.0 * reach as f64 + 1.0, TOLD_BY.max(3 * reach));
-                let noise = sigma * (12.0 / rows.powi(3)).sqrt() / step_s;
-                let heading = heading(&velocity, &parts, noise, wide, wide as f64 / rows);
-                (reach, velocity, heading)
+                let reach = reach(position, &parts, VELOCITY_NOISE * rough * step_s);
+                (reach, slope(&run.time_s, position, &parts, reach))
             }
-            (None, None) => (1, vec![0.0; run.len()], vec![0.0; run.len()]),
+            (None, None) => (1, vec![0.0; run.len()]),
         };
         let position_m = match &run.position_m {
             Some(position) => position.clone(),
@@ -97,7 +77,7 @@ impl Motion {
             }
         };
         let has_position = run.position_m.is_some();
-        Motion { position_m, velocity_m_s, heading, acceleration_m_s2, reach, acceleration_reach, has_position }
+        Motion { position_m, velocity_m_s, acceleration_m_s2, reach, acceleration_reach, has_position }
     }
 }
 
@@ -113,10 +93,8 @@ impl Motion {
         let parts: Vec<Range<usize>> = run.parts.iter().map(|part| part.rows.clone()).collect();
         let position_m = run.position_m.clone().unwrap_or_else(|| vec![0.0; run.len()]);
         let reach = reach.clamp(2, MAX_REACH);
-        let velocity_m_s = slope(&run.time_s, &position_m, &parts, reach);
         Motion {
-            heading: velocity_m_s.iter().map(|v| sign(*v)).collect(),
-            velocity_m_s,
+            velocity_m_s: slope(&run.time_s, &position_m, &parts, reach),
             acceleration_m_s2: bend(&run.time_s, &position_m, &parts, reach),
             reach,
             acceleration_reach: reach,
@@ -126,44 +104,10 @@ impl Motion {
     }
 }
 
-/// -1, 0 or 1.
-pub(crate) fn sign(x: f64) -> f64 {
-    if x > 0.0 {
-        1.0
-    } else if x < 0.0 {
-        -1.0
-    } else {
-        0.0
-    }
-}
-
-/// Sign of every velocity whose noise has the standard deviation `noise`. Means of `wide` rows before and after have `less` times
-/// less of it; in a turn they do not agree.
-fn heading(velocity: &[f64], parts: &[Range<usize>], noise: f64, wide: usize, less: f64) -> Vec<f64> {
-    let mut out = vec![0.0; velocity.len()];
-    let sure = |v: f64, noise: f64| if v.abs() < SURE * noise { 0.0 } else { sign(v) };
-    for rows in parts {
-        let mean = |from: usize, to: usize| velocity[from..to].iter().sum::<f64>() / (to - from) as f64;
-        for n in rows.clone() {
-            out[n] = sure(velocity[n], noise);
-            if out[n] == 0.0 && rows.len() > wide {
-                // near its ends the part tells by one side
-                let before = (n >= rows.start + wide).then(|| sure(mean(n - wide, n), noise / less));
-                let after = (n + wide < rows.end).then(|| sure(mean(n + 1, n + 1 + wide), noise / less));
-                out[n] = match (before, after) {
-                    (Some(before), Some(after)) if before == after => before,
-                    (Some(one), None) | (None, Some(one)) => one,
-                    _ => 0.0,
-                };
-            }
-        }
-    }
-    out
-}
-
-/// Rows to either side so that the slope per row of a column with noise of `sigma` is known to `noise`:
+/// Rows to either side so that the slope of `column` per row is known to `noise`:
 /// a slope fitted to N rows has the standard deviation `σ sqrt(12/N³)`.
-fn reach(sigma: f64, noise: f64) -> usize {
+fn reach(column: &[f64], parts: &[Range<usize>], noise: f64) -> usize {
+    let sigma = sigma(column, parts);
     let rows = if noise > 0.0 { (12.0 * (sigma / noise) * (sigma / noise)).cbrt() } else { 0.0 };
     ((0.5 * rows).ceil() as usize).clamp(2, MAX_REACH)
 }
@@ -389,27 +333,6 @@ mod tests {
         assert_eq!(reach, 18);
         assert!((bends[510] - 20.0).abs() < 1.0, "{}", bends[510]);
         assert!(rms(&bends[600..1900]) < 0.2, "{}", rms(&bends[600..1900]));
-    }
-
-    /// Slow, to rest, and back: the speed's noise is a third of the slow one.
-    #[test]
-    fn noise_of_a_speed_at_rest_has_no_sign() {
-        let own = |t: f64| {
-            if t < 0.9 {
-                3e-3
-            } else if t < 1.4 {
-                0.0
-            } else {
-                -3e-3
-            }
-        };
-        let mut run = run(|_| 0.0);
-        let noise = |t: f64| 1.7e-3 * (2.0 * (43_758.545_3 * (12_989.8 * t).sin()).rem_euclid(1.0) - 1.0);
-        run.velocity_m_s = Some(run.time_s.iter().map(|t| own(*t) + noise(*t)).collect());
-        let motion = Motion::of(&run);
-        let wrong = |rows: Range<usize>, sign: f64| motion.heading[rows].iter().filter(|own| **own != sign).count();
-        assert!(motion.velocity_m_s[0..900].iter().filter(|v| v.abs() < 2e-3).count() > 100);
-        assert_eq!((wrong(0..900, 1.0), wrong(910..1390, 0.0), wrong(1410..2000, -1.0)), (0, 0, 0));
     }
 
     #[test]

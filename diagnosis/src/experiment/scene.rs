@@ -134,7 +134,6 @@ impl Scene {
         let motion = Motion {
             position_m: vec![0.0; rows],
             velocity_m_s: vec![0.0; rows],
-            heading: vec![0.0; rows],
             acceleration_m_s2: vec![0.0; rows],
             reach: 1,
             acceleration_reach: 1,

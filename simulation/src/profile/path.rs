@@ -2,7 +2,7 @@
 
 use super::phase::{Phase, State};
 use super::{Conditions, Course, Unfit};
-use crate::motion::{Motion, sign};
+use crate::motion::Motion;
 use crate::run::{Break, Part, Run};
 
 /// Rows that a profile may have. More than 10 h at 1 kHz is a mistake in a number.
@@ -136,7 +136,6 @@ impl Path {
             course.run.time_s.push(time_s);
             course.motion.position_m.push(placed.start_m + position_m);
             course.motion.velocity_m_s.push(velocity_m_s);
-            course.motion.heading.push(sign(velocity_m_s));
             course.motion.acceleration_m_s2.push(acceleration_m_s2);
             preload.push(placed.preload_n.or(conditions.preload_n).unwrap_or(f64::NAN));
             if last == usize::MAX || self.phases[last].segment != placed.segment {
@@ -168,7 +167,6 @@ impl Course {
             motion: Motion {
                 position_m: column(),
                 velocity_m_s: column(),
-                heading: column(),
                 acceleration_m_s2: column(),
                 reach: 1,
                 acceleration_reach: 1,
