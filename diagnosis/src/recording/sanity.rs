@@ -16,8 +16,8 @@ pub(crate) const FEWEST_ROWS: usize = 200;
 
 /// Marks the rows of one run that can be compared, and counts the others.
 ///
-/// The law has no value at rest, and within the window of differentiation around a start, a stop or a reversal, and behind
-/// the beginning of a part, the sign of the velocity is not known.
+/// The law has no value at rest, and within the window of differentiation around a start, a stop or a reversal, and behind a
+/// break, the sign of the velocity is not known.
 pub(crate) fn compared(
     run: &Run,
     motion: &Motion,
@@ -53,8 +53,10 @@ pub(crate) fn compared(
     reject("slower-than-zero-speed", &mut |n| direction[n] == 0.0);
     let mut near = vec![false; rows];
     for part in &run.parts {
-        // a part starts as a turn does: what its friction remembers of before is not known
-        near[part.rows.start..(part.rows.start + motion.reach).min(part.rows.end)].fill(true);
+        // a part behind a break starts as a turn does: how the carriage came there was not recorded
+        if !matches!(part.starts, Break::Start) {
+            near[part.rows.start..(part.rows.start + motion.reach).min(part.rows.end)].fill(true);
+        }
         for n in part.rows.clone().skip(1) {
             if direction[n] != direction[n - 1] {
                 let from = n.saturating_sub(motion.reach).max(part.rows.start);
