@@ -364,6 +364,30 @@ mod tests {
     }
 
     #[test]
+    fn rows_behind_a_break_are_not_compared_and_the_first_of_a_recording_are() {
+        let time_s: Vec<f64> = (0..1000).map(|n| 0.01 * f64::from(n)).collect();
+        let part = |rows, starts| simulation::run::Part { rows, segment: None, starts };
+        let run = Run {
+            position_m: Some(time_s.iter().map(|t| 0.1 * t).collect()),
+            drag_force_n: time_s.iter().map(|t| 20.0 + t.sin()).collect(),
+            parts: vec![
+                part(0..300, Break::Start),
+                part(300..600, Break::Segment),
+                part(600..900, Break::Gap),
+                part(900..1000, Break::ClockJump),
+            ],
+            time_s,
+            ..Run::default()
+        };
+        let motion = Motion::of(&run);
+        let steady = Steady { force_n: vec![20.0; 1000], direction: vec![1.0; 1000], ..Steady::default() };
+        let keep = compared(&run, &motion, &steady, false, &mut DataQuality::default());
+        let left_out: Vec<usize> = (0..1000).filter(|n| !keep[*n]).collect();
+        let behind = |start: usize| start..start + motion.reach;
+        assert_eq!(left_out, behind(300).chain(behind(600)).chain(behind(900)).collect::<Vec<usize>>());
+    }
+
+    #[test]
     fn a_clipped_force_has_an_end_and_the_plateau_of_one_without_noise_is_none() {
         // forth and back at constant speed: a trapezium, its tops flat
         let forth_and_back: Vec<f64> =
