@@ -22,7 +22,8 @@ use crate::numbers::statistics::rms;
 use crate::recording::condense::{condensed, factor};
 use crate::recording::resolution::coarsest;
 use crate::recording::sanity;
-use crate::recording::side::{Moving, Side};
+use crate::recording::moving::Moving;
+use crate::recording::side::Side;
 use crate::report::{DataQuality, Diagnosis, Holdout, SCHEMA, Unexplained, Verdict};
 use crate::search::case::{Case, Given};
 use crate::search::found::Found;
@@ -106,7 +107,7 @@ fn attempt(
     let runs = fewer.as_deref().unwrap_or(runs);
     let split = split(runs);
     let holdout = fewer_held.as_deref().unwrap_or(holdout);
-    let recorded = Moving::of(runs);
+    let recorded = Moving::as_recorded(runs);
     for (run, motion) in runs.iter().zip(&recorded.motions) {
         if let Some(reason) = sanity::moves(run, motion, quality) {
             return Err(reason);
@@ -114,24 +115,25 @@ fn attempt(
     }
     // only now: rows are set aside, and faults told, by the recordings as they were given
     let session = joined(simulation, runs);
-    let recorded = session.as_deref().map_or(recorded, Moving::of);
-    let runs = recorded.runs;
+    let recorded = session.as_deref().map_or(recorded, Moving::as_recorded);
+    let runs = &*recorded.runs;
     let speed = speed::set_aside(simulation, &nominal, &recorded);
     let (bare, bare_held);
     let (moving, holdout) = match &speed {
         Some(speed) => {
             quality.warnings.push(speed.said());
             (bare, bare_held) = (speed::without(runs), speed::without(holdout));
-            (Moving::of(&bare), bare_held.as_slice())
+            (Moving::as_recorded(&bare), bare_held.as_slice())
         }
         None => (recorded, holdout),
     };
-    let runs = moving.runs;
-    let is_noisy = speed::is_noisy(runs);
+    let is_noisy = speed::is_noisy(&moving.runs);
+    let moving = moving.calmed(!is_noisy);
+    let runs = &*moving.runs;
     let coarsest = coarsest(&nominal, runs, &moving.motions);
     // an average has no fast acceleration, and what a noisy speed makes of it has a name
     let nominal = if is_noisy || coarsest > 1 { nominal.of_law() } else { nominal };
-    let side = Side::new(simulation, &nominal, &nominal.start(), moving.parts(), together > 1, quality)?;
+    let side = Side::new(simulation, &nominal, &nominal.start(), &moving, together > 1, quality)?;
     quality.count_averages(together);
     if !nominal.is_incomplete() {
         let compared = |column: &[f64]| -> Vec<f64> {

@@ -16,6 +16,9 @@ const VELOCITY_NOISE: f64 = 2e-3;
 /// Noise in a derived acceleration that is accepted, of the run's RMS acceleration.
 const ACCELERATION_NOISE: f64 = 0.03;
 
+/// Noise in a channel that is accepted as none, of its RMS.
+const CALM: f64 = 1e-5;
+
 /// Standard deviations of a shorter window's acceleration within which a longer one says the same.
 const ALIKE: f64 = 3.0;
 
@@ -81,6 +84,16 @@ impl Motion {
     }
 }
 
+/// A column of a run with less of its noise: in every row the parabola through as many rows around as agree with all fewer
+/// ones, none at all beside a step. As it is where a cell of it is no number.
+pub fn calm(run: &Run, column: &[f64]) -> Vec<f64> {
+    if column.iter().any(|x| !x.is_finite()) {
+        return column.to_vec();
+    }
+    let parts: Vec<Range<usize>> = run.parts.iter().map(|part| part.rows.clone()).collect();
+    widened(&run.time_s, column, &parts, run.step_s(), 0, Wanted { derivative: 0, accepted: CALM }).1
+}
+
 impl Motion {
     /// Velocity and acceleration that a position would have, derived as those of this motion were.
     pub(crate) fn derived(&self, run: &Run, position_m: &[f64]) -> (Vec<f64>, Vec<f64>) {
@@ -143,36 +156,68 @@ fn bend(time: &[f64], column: &[f64], parts: &[Range<usize>], reach: usize) -> V
     local(time, column, parts, reach, |[_, _, c]| 2.0 * c)
 }
 
-/// Second derivative, and the most rows to either side that it comes from. The window grows until noise is a small part of
-/// the whole, but in no row further than what it says agrees with every shorter window (Lepskii 1991): a corner stays one.
-/// Fitted to N rows it has the standard deviation `σ sqrt(720/N⁵)/Δt²`.
-fn smooth_bend(
+/// Second derivative, and the most rows to either side that it comes from; the window [`widened`] from `reach` on.
+fn smooth_bend(time: &[f64], column: &[f64], parts: &[Range<usize>], step_s: f64, reach: usize) -> (usize, Vec<f64>) {
+    let bends = Wanted { derivative: 2, accepted: ACCELERATION_NOISE };
+    widened(time, column, parts, step_s, reach, bends)
+}
+
+/// Which derivative of a column, and the noise in it that is accepted, of its RMS.
+#[derive(Clone, Copy)]
+struct Wanted {
+    derivative: usize,
+    accepted: f64,
+}
+
+impl Wanted {
+    /// Its part of a parabola `a + b τ + c τ²`.
+    fn of(self, [a, b, c]: [f64; 3]) -> f64 {
+        [a, b, 2.0 * c][self.derivative]
+    }
+
+    /// Standard deviation where the column's noise is 1, without a row around that of the column itself: of a parabola fitted to N rows `sqrt(9/(4N))` in its middle,
+    /// `sqrt(12/N³)/Δt` its slope, `sqrt(720/N⁵)/Δt²` its second derivative.
+    fn noise(self, reach: usize, step_s: f64) -> f64 {
+        let rows = 2.0 * reach as f64 + 1.0;
+        match self.derivative {
+            0 if reach == 0 => 1.0,
+            0 => (2.25 / rows).sqrt(),
+            1 => (12.0 / rows.powi(3)).sqrt() / step_s,
+            _ => (720.0 / rows.powi(5)).sqrt() / (step_s * step_s),
+        }
+    }
+}
+
+/// A derivative of a column, and the most rows to either side that it comes from. The window grows until noise is a small
+/// part of the whole, but in no row further than what it says agrees with every shorter window (Lepskii 1991): a corner
+/// stays one.
+fn widened(
     time: &[f64],
     column: &[f64],
     parts: &[Range<usize>],
     step_s: f64,
     mut reach: usize,
+    wanted: Wanted,
 ) -> (usize, Vec<f64>) {
-    let mut bends = bend(time, column, parts, reach);
+    let mut found = local(time, column, parts, reach, |parabola| wanted.of(parabola));
     let sigma = sigma(column, parts);
-    let noise = |reach: usize| sigma * (720.0 / (2.0 * reach as f64 + 1.0).powi(5)).sqrt() / (step_s * step_s);
-    let mut agreed: Vec<Option<(f64, f64)>> = vec![Some((f64::NEG_INFINITY, f64::INFINITY)); bends.len()];
+    let mut agreed: Vec<Option<(f64, f64)>> = vec![Some((f64::NEG_INFINITY, f64::INFINITY)); found.len()];
     loop {
-        let own = noise(reach);
-        let size = (rms(&bends).powi(2) - own * own).max(0.0).sqrt();
-        if own.is_nan() || own <= ACCELERATION_NOISE * size || reach >= MAX_REACH {
-            return (reach, bends);
+        let own = sigma * wanted.noise(reach, step_s);
+        let size = (rms(&found).powi(2) - own * own).max(0.0).sqrt();
+        if own.is_nan() || own <= wanted.accepted * size || reach >= MAX_REACH {
+            return (reach, found);
         }
-        for (agreed, bend) in agreed.iter_mut().zip(&bends) {
-            *agreed = agreed.map(|(least, most)| (least.max(bend - ALIKE * own), most.min(bend + ALIKE * own)));
+        for (agreed, found) in agreed.iter_mut().zip(&found) {
+            *agreed = agreed.map(|(least, most)| (least.max(found - ALIKE * own), most.min(found + ALIKE * own)));
         }
-        reach = (reach + reach.div_ceil(2)).min(MAX_REACH);
+        reach = (reach + reach.div_ceil(2)).clamp(2, MAX_REACH);
         for rows in parts {
             for n in rows.clone() {
                 let Some((least, most)) = agreed[n] else { continue };
-                let [_, _, c] = around(time, column, rows, n, reach);
-                if (least..=most).contains(&(2.0 * c)) {
-                    bends[n] = 2.0 * c;
+                let wider = wanted.of(around(time, column, rows, n, reach));
+                if (least..=most).contains(&wider) {
+                    found[n] = wider;
                 } else {
                     agreed[n] = None;
                 }
@@ -216,7 +261,8 @@ fn around(time: &[f64], column: &[f64], rows: &Range<usize>, n: usize, reach: us
             *sum += power * x;
         }
     }
-    parabola(s, m)
+    let [a, b, c] = parabola(s, m);
+    [x0 + a, b, c]
 }
 
 /// Solves the normal equations of the parabola; a straight line, or nothing, where the rows do not allow more.
@@ -235,7 +281,7 @@ fn parabola(s: [f64; 5], m: [f64; 3]) -> [f64; 3] {
         ];
     }
     let line = minor(s[0], s[1], s[1], s[2]);
-    if line > 0.0 { [0.0, (s[0] * m[1] - s[1] * m[0]) / line, 0.0] } else { [0.0; 3] }
+    if line > 0.0 { [minor(m[0], m[1], s[1], s[2]) / line, (s[0] * m[1] - s[1] * m[0]) / line, 0.0] } else { [0.0; 3] }
 }
 
 /// Trapezoidal integral; goes on across the borders of parts without a step.

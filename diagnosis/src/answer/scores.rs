@@ -15,7 +15,8 @@ use crate::fit::source::{Source, raw_columns, weighted};
 use crate::noise::rows::Rows;
 use crate::nominal::Nominal;
 use crate::numbers::linear::{Cholesky, Symmetric, dot};
-use crate::recording::side::{Moving, Side};
+use crate::recording::moving::Moving;
+use crate::recording::side::Side;
 use crate::report::{Carried, DataQuality, Holdout};
 use crate::search::found::Found;
 
@@ -63,9 +64,9 @@ pub(crate) fn score(
         let holdout = Holdout { description: split.description.clone(), ..score };
         return Ok(Proof { holdout, carried, own, averaged: scored.decimation() });
     }
-    let moving = Moving::of(holdout);
+    let moving = Moving::as_recorded(holdout).calmed(side.moving.has_calm_speed);
     let at = if nominal.is_incomplete() { law_only.to_vec() } else { nominal.start() };
-    let other = Side::new(simulation, nominal, &at, moving.parts(), side.is_averaged, &mut DataQuality::default())?;
+    let other = Side::new(simulation, nominal, &at, &moving, side.is_averaged, &mut DataQuality::default())?;
     let scored = Rows::new(holdout, &other.compared, coarsest);
     let stages = scene.stages(&other, true)?;
     let intervals_s = proof::intervals_s(holdout, &vec![true; other.drag_n.len()]);

@@ -156,7 +156,7 @@ impl Spectra {
             return None;
         }
         let speeds: Vec<f64> =
-            side.motions.iter().flat_map(|motion| motion.velocity_m_s.iter().map(|v| v.abs())).collect();
+            side.moving.motions.iter().flat_map(|motion| motion.velocity_m_s.iter().map(|v| v.abs())).collect();
         let speeds = rows.plain(&speeds);
         let starts = |group: &Range<usize>| (group.start..(group.end + 1).saturating_sub(window)).step_by(window / 2);
         let mean = |start: usize| speeds[start..start + window].iter().sum::<f64>() / window as f64;

@@ -15,7 +15,8 @@ use crate::nominal::Nominal;
 use crate::numbers::statistics::rms;
 use crate::recording::resolution::coarsest;
 use crate::recording::sanity::FEWEST_ROWS;
-use crate::recording::side::{Moving, Side};
+use crate::recording::moving::Moving;
+use crate::recording::side::Side;
 use crate::report::DataQuality;
 
 /// Share of the squared rest that must be gone with the speed of the position.
@@ -57,23 +58,28 @@ const NOISY: f64 = 2e-3;
 /// Whether a recorded speed is noisier than one derived from the position would be: what it makes of the acceleration has
 /// a name then.
 pub(crate) fn is_noisy(runs: &[Run]) -> bool {
-    let noisy = |velocity: &Vec<f64>| rms(&third_differences(velocity)) > NOISY * rms(velocity);
-    runs.iter().filter(|run| run.position_m.is_some()).any(|run| run.velocity_m_s.as_ref().is_some_and(noisy))
+    let noisy = |run: &Run, velocity: &Vec<f64>| {
+        // where one part ends and the next begins, a speed jumps without noise
+        let noise: Vec<f64> = run.parts.iter().flat_map(|part| third_differences(&velocity[part.rows.clone()])).collect();
+        rms(&noise) > NOISY * rms(velocity)
+    };
+    let both = runs.iter().filter(|run| run.position_m.is_some());
+    both.filter_map(|run| Some((run, run.velocity_m_s.as_ref()?))).any(|(run, velocity)| noisy(run, velocity))
 }
 
 /// What is gained without the recorded speed, where that only adds noise.
 /// Which of two channels is the better one is told by all rows, those that are set aside for the score among them.
 pub(crate) fn set_aside(simulation: &Simulation, nominal: &Nominal, recorded: &Moving<'_>) -> Option<SetAside> {
-    let runs = recorded.runs;
+    let runs = &*recorded.runs;
     if !runs.iter().any(has_both) || simulation.mechanisms.iter().any(|added| added.id == Id::SpeedNoise) {
         return None;
     }
     // noise of the speed must not pass for a fast acceleration here
     let nominal = &nominal.of_law();
     let bare = without(runs);
-    let derived = Moving::of(&bare);
-    let side = |parts| Side::new(simulation, nominal, &nominal.start(), parts, false, &mut DataQuality::default()).ok();
-    let (as_recorded, as_derived) = (side(recorded.parts())?, side(derived.parts())?);
+    let derived = Moving::as_recorded(&bare);
+    let side = |moving| Side::new(simulation, nominal, &nominal.start(), moving, false, &mut DataQuality::default()).ok();
+    let (as_recorded, as_derived) = (side(recorded)?, side(&derived)?);
     let both: Vec<bool> = as_recorded.compared.iter().zip(&as_derived.compared).map(|(a, b)| *a && *b).collect();
     if both.iter().filter(|both| **both).count() < FEWEST_ROWS {
         return None;
@@ -86,7 +92,7 @@ pub(crate) fn set_aside(simulation: &Simulation, nominal: &Nominal, recorded: &M
         return None;
     }
     let left = |moving: &Moving<'_>, side| {
-        let mut rows = Rows::new(moving.runs, &both, coarsest(nominal, moving.runs, &moving.motions));
+        let mut rows = Rows::new(&moving.runs, &both, coarsest(nominal, &moving.runs, &moving.motions));
         calibrate(simulation, nominal, side, &mut rows, &both).ok().map(|calibrated| calibrated.left)
     };
     let (with, without) = (left(recorded, as_recorded)?, left(&derived, as_derived)?);

@@ -232,7 +232,7 @@ mod tests {
 
     use simulation::Simulation;
     use simulation::mechanism::Added;
-    use simulation::motion::Motion;
+    use crate::recording::moving::Moving;
     use simulation::profile::{Conditions, Order, Staircase};
     use simulation::run::{Part, Run};
     use simulation::sensor::Noise;
@@ -276,9 +276,8 @@ mod tests {
         let seal = Added { id: Id::SealDrag, form: 0, shape: Vec::new(), amplitudes: vec![3.0] };
         let runs = dozen(&Simulation { mechanisms: vec![seal], ..simulation.clone() });
         let nominal = Nominal::new(&simulation);
-        let motions: Vec<Motion> = runs.iter().map(Motion::of).collect();
-        let parts = (&*runs, &*motions, &*motions);
-        let side = Side::new(&simulation, &nominal, &nominal.start(), parts, false, &mut DataQuality::default())
+        let moving = Moving::as_recorded(&runs);
+        let side = Side::new(&simulation, &nominal, &nominal.start(), &moving, false, &mut DataQuality::default())
             .expect("complete");
         let training = side.compared.clone();
         let mut rows = Rows::new(&runs, &training, 1);

@@ -17,11 +17,12 @@ pub(crate) const FEWEST_ROWS: usize = 200;
 /// Marks the rows of one run that can be compared, and counts the others.
 ///
 /// The law has no value at rest, and within the window of differentiation around a start, a stop or a reversal, and behind a
-/// break, the sign of the velocity is not known.
+/// break, the sign of the velocity is not known. `recorded` is that sign before the velocity was made calm.
 pub(crate) fn compared(
     run: &Run,
     motion: &Motion,
     steady: &Steady,
+    recorded: &[f64],
     is_averaged: bool,
     quality: &mut DataQuality,
 ) -> Vec<bool> {
@@ -50,7 +51,7 @@ pub(crate) fn compared(
     }
     reject(CLIPPED, &mut |n| clipped[n]);
     let direction = &steady.direction;
-    reject("slower-than-zero-speed", &mut |n| direction[n] == 0.0);
+    reject("slower-than-zero-speed", &mut |n| direction[n] == 0.0 || recorded[n] == 0.0);
     let mut near = vec![false; rows];
     for part in &run.parts {
         // a part behind a break starts as a turn does: how the carriage came there was not recorded
@@ -58,7 +59,7 @@ pub(crate) fn compared(
             near[part.rows.start..(part.rows.start + motion.reach).min(part.rows.end)].fill(true);
         }
         for n in part.rows.clone().skip(1) {
-            if direction[n] != direction[n - 1] {
+            if direction[n] != direction[n - 1] || recorded[n] != recorded[n - 1] {
                 let from = n.saturating_sub(motion.reach).max(part.rows.start);
                 near[from..(n + motion.reach).min(part.rows.end)].fill(true);
             }
@@ -381,7 +382,7 @@ mod tests {
         };
         let motion = Motion::of(&run);
         let steady = Steady { force_n: vec![20.0; 1000], direction: vec![1.0; 1000], ..Steady::default() };
-        let keep = compared(&run, &motion, &steady, false, &mut DataQuality::default());
+        let keep = compared(&run, &motion, &steady, &steady.direction, false, &mut DataQuality::default());
         let left_out: Vec<usize> = (0..1000).filter(|n| !keep[*n]).collect();
         let behind = |start: usize| start..start + motion.reach;
         assert_eq!(left_out, behind(300).chain(behind(600)).chain(behind(900)).collect::<Vec<usize>>());

@@ -3,19 +3,17 @@
 use simulation::Simulation;
 use simulation::law::Missing;
 use simulation::mechanism::Context;
-use simulation::motion::Motion;
 use simulation::run::Run;
 
 use crate::nominal::Nominal;
+use crate::recording::moving::Moving;
 use crate::recording::sanity::{self, ChannelEnds};
 use crate::report::DataQuality;
 
 /// Runs with everything that follows from their motion.
 pub(crate) struct Side<'a> {
+    pub(crate) moving: &'a Moving<'a>,
     pub(crate) runs: &'a [Run],
-    pub(crate) motions: &'a [Motion],
-    /// The same with the noise of a measured acceleration taken out: what mechanisms are made of.
-    pub(crate) smooth: &'a [Motion],
     pub(crate) contexts: Vec<Context<'a>>,
     /// Rows that can be compared, of all runs laid end to end.
     pub(crate) compared: Vec<bool>,
@@ -36,14 +34,13 @@ impl<'a> Side<'a> {
         simulation: &Simulation,
         nominal: &Nominal,
         values: &[f64],
-        (runs, motions, smooth): (&'a [Run], &'a [Motion], &'a [Motion]),
+        moving: &'a Moving<'a>,
         is_averaged: bool,
         quality: &mut DataQuality,
     ) -> Result<Self, String> {
         let mut side = Side {
-            runs,
-            motions,
-            smooth,
+            moving,
+            runs: &moving.runs,
             contexts: Vec::new(),
             compared: Vec::new(),
             beside_law_n: Vec::new(),
@@ -53,9 +50,11 @@ impl<'a> Side<'a> {
             is_averaged,
         };
         let complete = nominal.completed(values);
-        for (run, motion) in runs.iter().zip(smooth) {
-            let context = Context::of(&complete, run, motion).map_err(|why| said(run, &why))?;
-            side.compared.extend(sanity::compared(run, motion, &context.steady, is_averaged, quality));
+        for (((run, motion), smooth), recorded) in
+            moving.runs.iter().zip(&moving.motions).zip(&moving.smooth).zip(&moving.recorded)
+        {
+            let context = Context::of(&complete, run, smooth).map_err(|why| said(run, &why))?;
+            side.compared.extend(sanity::compared(run, motion, &context.steady, &complete.direction(recorded), is_averaged, quality));
             let ends = ChannelEnds::of(&run.drag_force_n);
             side.clipped.extend(run.drag_force_n.iter().map(|force| ends.has(*force)));
             side.limit_n = ends.limit_n().into_iter().chain(side.limit_n).min_by(f64::total_cmp);
@@ -75,7 +74,7 @@ impl<'a> Side<'a> {
     /// Force of the law with what the simulation file has beside it.
     pub(crate) fn force(&self, nominal: &Nominal, values: &[f64]) -> Result<Vec<f64>, String> {
         let mut force = Vec::with_capacity(self.drag_n.len());
-        for (run, motion) in self.runs.iter().zip(self.motions) {
+        for (run, motion) in self.runs.iter().zip(&self.moving.motions) {
             force.extend(nominal.force(values, run, motion).map_err(|why| said(run, &why))?);
         }
         for (force, own) in force.iter_mut().zip(&self.beside_law_n) {
@@ -90,7 +89,7 @@ impl<'a> Side<'a> {
 
     pub(crate) fn tangent(&self, nominal: &Nominal, values: &[f64]) -> Result<Vec<Vec<f64>>, String> {
         let mut columns = vec![Vec::with_capacity(self.drag_n.len()); values.len()];
-        for ((run, motion), context) in self.runs.iter().zip(self.motions.iter().zip(self.smooth)).zip(&self.contexts) {
+        for ((run, motion), context) in self.runs.iter().zip(self.moving.motions.iter().zip(&self.moving.smooth)).zip(&self.contexts) {
             let force = nominal.force(values, run, motion.0).map_err(|why| said(run, &why))?;
             let own = nominal
                 .tangent(values, run, motion, &force, &context.steady.direction)
@@ -105,49 +104,12 @@ impl<'a> Side<'a> {
 
     /// The same where the law's numbers have other values.
     pub(crate) fn again(&self, simulation: &Simulation, nominal: &Nominal, values: &[f64]) -> Result<Self, String> {
-        let parts = (self.runs, self.motions, self.smooth);
-        Side::new(simulation, nominal, values, parts, self.is_averaged, &mut DataQuality::default())
+        Side::new(simulation, nominal, values, self.moving, self.is_averaged, &mut DataQuality::default())
     }
 
     pub(crate) fn step_s(&self) -> f64 {
         self.runs.iter().map(Run::step_s).find(|step| *step > 0.0).unwrap_or(1.0)
     }
-}
-
-/// Runs and their motion.
-pub(crate) struct Moving<'r> {
-    pub(crate) runs: &'r [Run],
-    pub(crate) motions: Vec<Motion>,
-    smooth: Vec<Motion>,
-}
-
-impl<'r> Moving<'r> {
-    pub(crate) fn of(runs: &'r [Run]) -> Self {
-        let motions: Vec<Motion> = runs.iter().map(Motion::of).collect();
-        let smooth = smoothed(runs, &motions);
-        Moving { runs, motions, smooth }
-    }
-
-    /// What a [`Side`] is made of.
-    pub(crate) fn parts(&self) -> (&[Run], &[Motion], &[Motion]) {
-        (self.runs, &self.motions, &self.smooth)
-    }
-}
-
-/// Motion whose acceleration does not share its noise with the mismatch: that of the position where acceleration was
-/// measured. The law's inertia keeps the measured one; a column that shared it would explain noise by noise.
-fn smoothed(runs: &[Run], motions: &[Motion]) -> Vec<Motion> {
-    runs.iter()
-        .zip(motions)
-        .map(|(run, motion)| {
-            let mut motion = motion.clone();
-            if run.acceleration_m_s2.is_some() && (run.position_m.is_some() || run.velocity_m_s.is_some()) {
-                let bare = Run { acceleration_m_s2: None, ..run.clone() };
-                motion.acceleration_m_s2 = Motion::of(&bare).acceleration_m_s2;
-            }
-            motion
-        })
-        .collect()
 }
 
 pub(crate) fn said(run: &Run, why: &Missing) -> String {

@@ -1,0 +1,76 @@
+//! Runs and their motion, with the noise taken out that a column would share with the mismatch.
+//!
+//! The law is evaluated at what channels read, so their noise is in the mismatch. It is in every column that is made of the
+//! law's force as well, and there explains itself: a force that comes late, held against one that does not, is mostly the
+//! noise of the speed. What law and columns are evaluated at is therefore a mean of as many rows as say the same.
+
+use std::borrow::Cow;
+
+use simulation::motion::{Motion, calm};
+use simulation::run::Run;
+
+/// Runs and their motion.
+pub(crate) struct Moving<'r> {
+    pub(crate) runs: Cow<'r, [Run]>,
+    /// What the law is evaluated at.
+    pub(crate) motions: Vec<Motion>,
+    /// The same with the noise of a measured acceleration taken out: what mechanisms are made of.
+    pub(crate) smooth: Vec<Motion>,
+    /// Motion as it was recorded.
+    pub(crate) recorded: Vec<Motion>,
+    /// Whether a recorded velocity is made calm, too.
+    pub(crate) has_calm_speed: bool,
+}
+
+impl<'r> Moving<'r> {
+    /// Runs as they were recorded.
+    pub(crate) fn as_recorded(runs: &'r [Run]) -> Self {
+        let motions: Vec<Motion> = runs.iter().map(Motion::of).collect();
+        let smooth = smoothed(runs, &motions);
+        let recorded = motions.clone();
+        Moving { runs: Cow::Borrowed(runs), motions, smooth, recorded, has_calm_speed: false }
+    }
+
+    /// The same with calm channels. A velocity whose noise is a fault with a name of its own keeps it.
+    pub(crate) fn calmed(self, has_calm_speed: bool) -> Self {
+        let runs: Vec<Run> = self.runs.iter().map(|run| calmed(run, has_calm_speed)).collect();
+        let with = |(motion, run): (&Motion, &Run)| {
+            let velocity_m_s = run.velocity_m_s.clone().unwrap_or_else(|| motion.velocity_m_s.clone());
+            Motion { velocity_m_s, ..motion.clone() }
+        };
+        let motions = self.motions.iter().zip(&runs).map(with).collect();
+        let smooth = self.smooth.iter().zip(&runs).map(with).collect();
+        Moving { runs: Cow::Owned(runs), motions, smooth, recorded: self.recorded, has_calm_speed }
+    }
+}
+
+/// A run whose channels that a law is evaluated at hold less noise.
+fn calmed(run: &Run, has_calm_speed: bool) -> Run {
+    let channel = |column: &Option<Vec<f64>>| column.as_ref().map(|column| calm(run, column));
+    Run {
+        velocity_m_s: if has_calm_speed { channel(&run.velocity_m_s) } else { run.velocity_m_s.clone() },
+        preload_n: channel(&run.preload_n),
+        external_load_n: channel(&run.external_load_n),
+        temperature_block_degc: channel(&run.temperature_block_degc),
+        temperature_rail_degc: channel(&run.temperature_rail_degc),
+        temperature_ambient_degc: channel(&run.temperature_ambient_degc),
+        ..run.clone()
+    }
+}
+
+/// Motion whose acceleration does not share its noise with the mismatch: that of the position where acceleration was
+/// measured. The law's inertia keeps the measured one; a column that shared it would explain noise by noise.
+fn smoothed(runs: &[Run], motions: &[Motion]) -> Vec<Motion> {
+    runs.iter()
+        .zip(motions)
+        .map(|(run, motion)| {
+            let mut motion = motion.clone();
+            if run.acceleration_m_s2.is_some() && (run.position_m.is_some() || run.velocity_m_s.is_some()) {
+                let bare = Run { acceleration_m_s2: None, ..run.clone() };
+                motion.acceleration_m_s2 = Motion::of(&bare).acceleration_m_s2;
+            }
+            motion
+        })
+        .collect()
+}
+
