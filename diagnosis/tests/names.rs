@@ -260,3 +260,30 @@ fn a_rail_on_a_mount_that_gives_changes_every_preload_by_the_same_share() {
     let found = diagnosis(&[(500.0, 21), (2000.0, 22), (8000.0, 23)].map(recorded));
     assert_eq!(sets(&found), [["rail-straightness"]], "{:#?}", found.mechanisms);
 }
+
+/// The law falls steeply at low speed, so that noise of the speed is in the mismatch and in whatever is made of the law.
+#[test]
+fn noise_of_speed_and_temperature_is_no_late_force() {
+    let oil = GUIDE.replace("viscosity_cst = 100.0", "viscosity_40_cst = 100.0\nviscosity_100_cst = 11.0");
+    let simulation = Simulation::from_toml(&oil).expect("a sound file");
+    let recorded = |(preload_n, seed): (f64, u64)| {
+        let Course { run, motion } = strokes(&[0.002, 0.005, 0.02, 0.05, 0.2], 0.04, 0.2, preload_n);
+        let force = simulation.force(&run, &motion).unwrap();
+        let size_n = (force.iter().map(|force| force * force).sum::<f64>() / force.len() as f64).sqrt();
+        let (mut noise, mut red) = (Noise::new(seed, 0), 0.0);
+        let drag_force_n = force
+            .iter()
+            .map(|force| {
+                red = 0.9 * red + noise.gaussian();
+                force + 0.004 * size_n * red
+            })
+            .collect();
+        let mut read = |column: &[f64], sigma: f64| Some(column.iter().map(|x| x + sigma * noise.gaussian()).collect());
+        let velocity_m_s = read(&motion.velocity_m_s, 2e-5);
+        let temperature_block_degc = read(run.temperature_block_degc.as_ref().expect("it was set"), 0.02);
+        Run { drag_force_n, velocity_m_s, temperature_block_degc, ..run }
+    };
+    let runs = [(500.0, 31), (4000.0, 32), (12_000.0, 33)].map(recorded);
+    let found = diagnose(&runs, &[], &simulation, &Options::default()).diagnosis;
+    assert_eq!((found.verdict, sets(&found)), (Verdict::Match, Vec::<Vec<&str>>::new()));
+}

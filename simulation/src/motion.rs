@@ -95,6 +95,20 @@ pub fn calm(run: &Run, column: &[f64]) -> Vec<f64> {
 }
 
 impl Motion {
+    /// Velocity with less of the noise of what it was measured by: [`calm`] where it was recorded, else the slope of as many
+    /// positions as agree.
+    pub fn calm_velocity(&self, run: &Run) -> Vec<f64> {
+        match (&run.velocity_m_s, &run.position_m) {
+            (Some(velocity), _) => calm(run, velocity),
+            (None, Some(position)) => {
+                let parts: Vec<Range<usize>> = run.parts.iter().map(|part| part.rows.clone()).collect();
+                let slopes = Wanted { derivative: 1, accepted: CALM };
+                widened(&run.time_s, position, &parts, run.step_s(), self.reach, slopes).1
+            }
+            (None, None) => self.velocity_m_s.clone(),
+        }
+    }
+
     /// Velocity and acceleration that a position would have, derived as those of this motion were.
     pub(crate) fn derived(&self, run: &Run, position_m: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let parts: Vec<Range<usize>> = run.parts.iter().map(|part| part.rows.clone()).collect();
@@ -379,6 +393,34 @@ mod tests {
         assert_eq!(reach, 18);
         assert!((bends[510] - 20.0).abs() < 1.0, "{}", bends[510]);
         assert!(rms(&bends[600..1900]) < 0.2, "{}", rms(&bends[600..1900]));
+    }
+
+    #[test]
+    fn a_calm_channel_loses_its_noise_and_keeps_its_steps() {
+        let run = run(|_| 0.0);
+        let own = |t: f64| if t < 0.4 { 0.02 * t } else { 0.1 + 0.3 * t * t };
+        let noise = |n: usize| 1e-3 * (2.0 * (43_758.545_3 * (12.9898 * n as f64).sin()).rem_euclid(1.0) - 1.0);
+        let column: Vec<f64> = run.time_s.iter().enumerate().map(|(n, t)| own(*t) + noise(n)).collect();
+        let left: Vec<f64> = calm(&run, &column).iter().zip(&run.time_s).map(|(x, t)| x - own(*t)).collect();
+        assert!(rms(&left) < 0.2 * rms(&(0..2000).map(noise).collect::<Vec<f64>>()), "{}", rms(&left));
+        assert!(left.iter().all(|left| left.abs() < 2e-3));
+        let clean: Vec<f64> = run.time_s.iter().map(|t| own(*t)).collect();
+        assert!(calm(&run, &clean).iter().zip(&clean).all(|(a, b)| (a - b).abs() < 1e-6));
+        let hole: Vec<f64> = column.iter().enumerate().map(|(n, x)| if n == 7 { f64::NAN } else { *x }).collect();
+        assert!(calm(&run, &hole).iter().zip(&hole).all(|(a, b)| a.to_bits() == b.to_bits()));
+    }
+
+    #[test]
+    fn a_calm_velocity_knows_more_of_a_smooth_path_than_a_short_window() {
+        let noise = |t: f64| 1e-6 * (2.0 * (43_758.545_3 * (12_989.8 * t).sin()).rem_euclid(1.0) - 1.0);
+        let run = run(|t| 0.1 * (3.0 * t).sin() + noise(t));
+        let motion = Motion::of(&run);
+        let off = |velocity: &[f64]| -> f64 {
+            let off = velocity.iter().zip(&run.time_s).map(|(v, t)| v - 0.3 * (3.0 * t).cos());
+            rms(&off.collect::<Vec<f64>>())
+        };
+        let (calm, short) = (off(&motion.calm_velocity(&run)), off(&motion.velocity_m_s));
+        assert!(calm < 0.2 * short, "{calm} {short}");
     }
 
     #[test]

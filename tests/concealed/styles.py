@@ -133,11 +133,21 @@ def decades(rng):
     return columns
 
 
-STYLES = {style.__name__: style for style in (hard_turns, sinusoids, ramps, machine_log, jerk_limited, decades)}
+def decades_by_position(rng):
+    """The same without a column of speed."""
+    columns = decades(rng)
+    del columns["velocity_m_s"]
+    return columns
+
+
+STYLES = {
+    style.__name__: style for style in (hard_turns, sinusoids, ramps, machine_log, jerk_limited, decades, decades_by_position)
+}
 
 # standard deviation of what a channel reads
 READ = {"decades": {"position_m": 1e-6, "velocity_m_s": 2e-5, "temperature_block_degc": 0.02}}
-GUIDE_ALONE = {"hard_turns", "decades"}
+READ["decades_by_position"] = {"position_m": 1e-6, "temperature_block_degc": 0.02}
+GUIDE_ALONE = {"hard_turns", "decades", "decades_by_position"}
 
 # --- laws
 

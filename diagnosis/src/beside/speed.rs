@@ -13,9 +13,9 @@ use crate::noise::rows::Rows;
 use crate::noise::third_differences;
 use crate::nominal::Nominal;
 use crate::numbers::statistics::rms;
+use crate::recording::moving::Moving;
 use crate::recording::resolution::coarsest;
 use crate::recording::sanity::FEWEST_ROWS;
-use crate::recording::moving::Moving;
 use crate::recording::side::Side;
 use crate::report::DataQuality;
 
@@ -60,7 +60,8 @@ const NOISY: f64 = 2e-3;
 pub(crate) fn is_noisy(runs: &[Run]) -> bool {
     let noisy = |run: &Run, velocity: &Vec<f64>| {
         // where one part ends and the next begins, a speed jumps without noise
-        let noise: Vec<f64> = run.parts.iter().flat_map(|part| third_differences(&velocity[part.rows.clone()])).collect();
+        let noise: Vec<f64> =
+            run.parts.iter().flat_map(|part| third_differences(&velocity[part.rows.clone()])).collect();
         rms(&noise) > NOISY * rms(velocity)
     };
     let both = runs.iter().filter(|run| run.position_m.is_some());
@@ -78,7 +79,8 @@ pub(crate) fn set_aside(simulation: &Simulation, nominal: &Nominal, recorded: &M
     let nominal = &nominal.of_law();
     let bare = without(runs);
     let derived = Moving::as_recorded(&bare);
-    let side = |moving| Side::new(simulation, nominal, &nominal.start(), moving, false, &mut DataQuality::default()).ok();
+    let side =
+        |moving| Side::new(simulation, nominal, &nominal.start(), moving, false, &mut DataQuality::default()).ok();
     let (as_recorded, as_derived) = (side(recorded)?, side(&derived)?);
     let both: Vec<bool> = as_recorded.compared.iter().zip(&as_derived.compared).map(|(a, b)| *a && *b).collect();
     if both.iter().filter(|both| **both).count() < FEWEST_ROWS {
@@ -107,4 +109,25 @@ pub(crate) fn set_aside(simulation: &Simulation, nominal: &Nominal, recorded: &M
 /// Entries of the rows that are compared both ways.
 fn common(both: &[bool], column: impl Iterator<Item = f64>) -> Vec<f64> {
     column.zip(both).filter(|(x, both)| **both && x.is_finite()).map(|(x, _)| x).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use simulation::run::{Break, Part};
+
+    #[test]
+    fn parts_that_end_in_motion_are_no_noise() {
+        let part = |rows, starts| Part { rows, segment: None, starts };
+        let speed = |n: usize| if n < 500 { 0.2 } else { -0.3 };
+        let run = |noise: f64| Run {
+            time_s: (0..1000).map(|n| 0.01 * n as f64).collect(),
+            position_m: Some(vec![0.0; 1000]),
+            velocity_m_s: Some((0..1000).map(|n| speed(n) + noise * (2.7 * (n * n) as f64).sin()).collect()),
+            parts: vec![part(0..500, Break::Start), part(500..1000, Break::Segment)],
+            ..Run::default()
+        };
+        assert!(!is_noisy(&[run(1e-5)]));
+        assert!(is_noisy(&[run(5e-3)]));
+    }
 }

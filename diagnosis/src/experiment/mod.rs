@@ -230,9 +230,9 @@ fn said(code: &str, rivals: &[&Source]) -> String {
 #[cfg(test)]
 mod tests {
 
+    use crate::recording::moving::Moving;
     use simulation::Simulation;
     use simulation::mechanism::Added;
-    use crate::recording::moving::Moving;
     use simulation::profile::{Conditions, Order, Staircase};
     use simulation::run::{Part, Run};
     use simulation::sensor::Noise;

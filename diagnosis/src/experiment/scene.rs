@@ -34,8 +34,12 @@ impl Scene {
         let positions = || side.moving.motions.iter().flat_map(|motion| &motion.position_m);
         let start_m = positions().copied().fold(f64::INFINITY, f64::min);
         let end_m = positions().copied().fold(f64::NEG_INFINITY, f64::max);
-        let fastest_m_s =
-            side.moving.motions.iter().flat_map(|motion| &motion.velocity_m_s).fold(0.0, |most: f64, v| most.max(v.abs()));
+        let fastest_m_s = side
+            .moving
+            .motions
+            .iter()
+            .flat_map(|motion| &motion.velocity_m_s)
+            .fold(0.0, |most: f64, v| most.max(v.abs()));
         let has_preload = matches!(simulation.law, Law::Guide(_));
         let preload_n = mean(side.runs, |run| run.preload_n.as_ref()).or(simulation.preload_n);
         Scene {

@@ -18,7 +18,7 @@ pub(crate) struct Moving<'r> {
     pub(crate) smooth: Vec<Motion>,
     /// Motion as it was recorded.
     pub(crate) recorded: Vec<Motion>,
-    /// Whether a recorded velocity is made calm, too.
+    /// Whether the velocity is calm, too.
     pub(crate) has_calm_speed: bool,
 }
 
@@ -33,22 +33,24 @@ impl<'r> Moving<'r> {
 
     /// The same with calm channels. A velocity whose noise is a fault with a name of its own keeps it.
     pub(crate) fn calmed(self, has_calm_speed: bool) -> Self {
-        let runs: Vec<Run> = self.runs.iter().map(|run| calmed(run, has_calm_speed)).collect();
-        let with = |(motion, run): (&Motion, &Run)| {
-            let velocity_m_s = run.velocity_m_s.clone().unwrap_or_else(|| motion.velocity_m_s.clone());
-            Motion { velocity_m_s, ..motion.clone() }
-        };
-        let motions = self.motions.iter().zip(&runs).map(with).collect();
-        let smooth = self.smooth.iter().zip(&runs).map(with).collect();
-        Moving { runs: Cow::Owned(runs), motions, smooth, recorded: self.recorded, has_calm_speed }
+        let Moving { runs, mut motions, mut smooth, recorded, .. } = self;
+        let mut calm_runs = Vec::with_capacity(runs.len());
+        for ((run, motion), smooth) in runs.iter().zip(&mut motions).zip(&mut smooth) {
+            if has_calm_speed {
+                motion.velocity_m_s = motion.calm_velocity(run);
+                smooth.velocity_m_s.clone_from(&motion.velocity_m_s);
+            }
+            let velocity_m_s = run.velocity_m_s.as_ref().map(|_| motion.velocity_m_s.clone());
+            calm_runs.push(Run { velocity_m_s, ..calmed(run) });
+        }
+        Moving { runs: Cow::Owned(calm_runs), motions, smooth, recorded, has_calm_speed }
     }
 }
 
-/// A run whose channels that a law is evaluated at hold less noise.
-fn calmed(run: &Run, has_calm_speed: bool) -> Run {
+/// A run whose loads and temperatures hold less noise.
+fn calmed(run: &Run) -> Run {
     let channel = |column: &Option<Vec<f64>>| column.as_ref().map(|column| calm(run, column));
     Run {
-        velocity_m_s: if has_calm_speed { channel(&run.velocity_m_s) } else { run.velocity_m_s.clone() },
         preload_n: channel(&run.preload_n),
         external_load_n: channel(&run.external_load_n),
         temperature_block_degc: channel(&run.temperature_block_degc),
@@ -73,4 +75,3 @@ fn smoothed(runs: &[Run], motions: &[Motion]) -> Vec<Motion> {
         })
         .collect()
 }
-

@@ -54,7 +54,14 @@ impl<'a> Side<'a> {
             moving.runs.iter().zip(&moving.motions).zip(&moving.smooth).zip(&moving.recorded)
         {
             let context = Context::of(&complete, run, smooth).map_err(|why| said(run, &why))?;
-            side.compared.extend(sanity::compared(run, motion, &context.steady, &complete.direction(recorded), is_averaged, quality));
+            side.compared.extend(sanity::compared(
+                run,
+                motion,
+                &context.steady,
+                &complete.direction(recorded),
+                is_averaged,
+                quality,
+            ));
             let ends = ChannelEnds::of(&run.drag_force_n);
             side.clipped.extend(run.drag_force_n.iter().map(|force| ends.has(*force)));
             side.limit_n = ends.limit_n().into_iter().chain(side.limit_n).min_by(f64::total_cmp);
@@ -89,7 +96,9 @@ impl<'a> Side<'a> {
 
     pub(crate) fn tangent(&self, nominal: &Nominal, values: &[f64]) -> Result<Vec<Vec<f64>>, String> {
         let mut columns = vec![Vec::with_capacity(self.drag_n.len()); values.len()];
-        for ((run, motion), context) in self.runs.iter().zip(self.moving.motions.iter().zip(&self.moving.smooth)).zip(&self.contexts) {
+        for ((run, motion), context) in
+            self.runs.iter().zip(self.moving.motions.iter().zip(&self.moving.smooth)).zip(&self.contexts)
+        {
             let force = nominal.force(values, run, motion.0).map_err(|why| said(run, &why))?;
             let own = nominal
                 .tangent(values, run, motion, &force, &context.steady.direction)
