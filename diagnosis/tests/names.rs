@@ -267,7 +267,22 @@ fn noise_of_speed_and_temperature_is_no_late_force() {
     let oil = GUIDE.replace("viscosity_cst = 100.0", "viscosity_40_cst = 100.0\nviscosity_100_cst = 11.0");
     let simulation = Simulation::from_toml(&oil).expect("a sound file");
     let recorded = |(preload_n, seed): (f64, u64)| {
-        let Course { run, motion } = strokes(&[0.002, 0.005, 0.02, 0.05, 0.2], 0.04, 0.2, preload_n);
+        // moves of 2 s to and fro, without a corner
+        let position = |n: usize| {
+            let (speed_m_s, s) = ([0.002, 0.3, 0.005, 0.1, 0.02][n / 800 % 5], (n % 400) as f64 / 400.0);
+            let way = s - (std::f64::consts::TAU * s).sin() / std::f64::consts::TAU;
+            0.2 + 2.0 * speed_m_s * if n / 400 % 2 == 0 { way } else { 1.0 - way }
+        };
+        let run = Run {
+            time_s: (0..12_000).map(|n| 0.005 * f64::from(n)).collect(),
+            drag_force_n: vec![0.0; 12_000],
+            position_m: Some((0..12_000).map(position).collect()),
+            preload_n: Some(vec![preload_n; 12_000]),
+            temperature_block_degc: Some(vec![30.0; 12_000]),
+            parts: vec![Part { rows: 0..12_000, segment: None, starts: Break::Start }],
+            ..Run::default()
+        };
+        let motion = Motion::of(&run);
         let force = simulation.force(&run, &motion).unwrap();
         let size_n = (force.iter().map(|force| force * force).sum::<f64>() / force.len() as f64).sqrt();
         let (mut noise, mut red) = (Noise::new(seed, 0), 0.0);
