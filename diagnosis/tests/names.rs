@@ -271,7 +271,7 @@ fn noise_of_speed_and_temperature_is_no_late_force() {
         let position = |n: usize| {
             let (speed_m_s, s) = ([0.002, 0.3, 0.005, 0.1, 0.02][n / 800 % 5], (n % 400) as f64 / 400.0);
             let way = s - (std::f64::consts::TAU * s).sin() / std::f64::consts::TAU;
-            0.2 + 2.0 * speed_m_s * if n / 400 % 2 == 0 { way } else { 1.0 - way }
+            0.2 + 2.0 * speed_m_s * if (n / 400).is_multiple_of(2) { way } else { 1.0 - way }
         };
         let run = Run {
             time_s: (0..12_000).map(|n| 0.005 * f64::from(n)).collect(),
