@@ -75,6 +75,11 @@ impl Run {
         self.time_s.is_empty()
     }
 
+    /// Rows of every part, in order.
+    pub(crate) fn part_rows(&self) -> Vec<Range<usize>> {
+        self.parts.iter().map(|part| part.rows.clone()).collect()
+    }
+
     /// Rows of the part with most of them, the first of equals; empty without a part.
     pub fn longest_part(&self) -> Range<usize> {
         // `max_by_key` would take the last of equals; the first is the one a reader expects

@@ -58,14 +58,13 @@ const NOISY: f64 = 2e-3;
 /// Whether a recorded speed is noisier than one derived from the position would be: what it makes of the acceleration has
 /// a name then.
 pub(crate) fn is_noisy(runs: &[Run]) -> bool {
-    let noisy = |run: &Run, velocity: &Vec<f64>| {
+    let noisy = |run: &Run| {
+        let Some(velocity) = run.velocity_m_s.as_ref().filter(|_| has_both(run)) else { return false };
         // where one part ends and the next begins, a speed jumps without noise
-        let noise: Vec<f64> =
-            run.parts.iter().flat_map(|part| third_differences(&velocity[part.rows.clone()])).collect();
-        rms(&noise) > NOISY * rms(velocity)
+        let noise = run.parts.iter().flat_map(|part| third_differences(&velocity[part.rows.clone()]));
+        rms(&noise.collect::<Vec<f64>>()) > NOISY * rms(velocity)
     };
-    let both = runs.iter().filter(|run| run.position_m.is_some());
-    both.filter_map(|run| Some((run, run.velocity_m_s.as_ref()?))).any(|(run, velocity)| noisy(run, velocity))
+    runs.iter().any(noisy)
 }
 
 /// What is gained without the recorded speed, where that only adds noise.

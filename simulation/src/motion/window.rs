@@ -1,0 +1,210 @@
+//! A column and its derivatives from the rows around each.
+//!
+//! They are those of the parabola fitted to the rows around (Savitzky and Golay 1964), never across the border of a part.
+
+use std::ops::Range;
+
+use crate::run::Run;
+
+/// Noise in a derived acceleration that is accepted, of the run's RMS acceleration.
+pub(super) const ACCELERATION_NOISE: f64 = 0.03;
+
+/// Noise in a channel that is accepted as none, of its RMS.
+const CALM: f64 = 1e-5;
+
+/// Standard deviations of a shorter window within which a longer one says the same.
+const ALIKE: f64 = 3.0;
+
+/// Part of the variance of normal numbers that is left without the largest twentieth.
+const LEFT_OF_VARIANCE: f64 = 0.7588;
+
+/// Longest window, rows to either side.
+pub(super) const MAX_REACH: usize = 50;
+
+/// A column of a run with less of its noise, in its own unit, one entry a row: in every row the parabola through as many rows
+/// around as agree with all fewer ones, none at all beside a step. As it is where a cell of it is no number.
+pub fn calm(run: &Run, column: &[f64]) -> Vec<f64> {
+    if column.iter().any(|x| !x.is_finite()) {
+        return column.to_vec();
+    }
+    let level = Wanted { derivative: 0, accepted: CALM };
+    widened(&run.time_s, column, &run.part_rows(), run.step_s(), 0, level).1
+}
+
+/// First derivative from as many rows as agree, `reach` to either side at least.
+pub(super) fn calm_slope(time: &[f64], column: &[f64], parts: &[Range<usize>], step_s: f64, reach: usize) -> Vec<f64> {
+    widened(time, column, parts, step_s, reach, Wanted { derivative: 1, accepted: CALM }).1
+}
+
+/// Rows to either side so that the slope of `column` per row is known to `noise`:
+/// a slope fitted to N rows has the standard deviation `σ sqrt(12/N³)`.
+pub(super) fn reach(column: &[f64], parts: &[Range<usize>], noise: f64) -> usize {
+    let sigma = sigma(column, parts);
+    let rows = if noise > 0.0 { (12.0 * (sigma / noise) * (sigma / noise)).cbrt() } else { 0.0 };
+    ((0.5 * rows).ceil() as usize).clamp(2, MAX_REACH)
+}
+
+/// Standard deviation of the noise in a column.
+fn sigma(column: &[f64], parts: &[Range<usize>]) -> f64 {
+    // third differences of a smooth motion vanish; those of white noise have 20 times its variance. Those of a jerk are large
+    // and no noise: the largest twentieth has no say
+    let mut squares: Vec<f64> = Vec::new();
+    for rows in parts {
+        squares.extend(column[rows.clone()].windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).powi(2)));
+    }
+    let kept = squares.len() - squares.len() / 20;
+    if kept < squares.len() {
+        squares.select_nth_unstable_by(kept, f64::total_cmp);
+        squares.truncate(kept);
+    }
+    let mean = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
+    (mean / (20.0 * LEFT_OF_VARIANCE)).sqrt()
+}
+
+pub(super) fn rms(column: &[f64]) -> f64 {
+    (column.iter().map(|x| x * x).sum::<f64>() / column.len().max(1) as f64).sqrt()
+}
+
+/// First derivative of the parabola through the rows around.
+pub(super) fn slope(time: &[f64], column: &[f64], parts: &[Range<usize>], reach: usize) -> Vec<f64> {
+    local(time, column, parts, reach, |[_, b, _]| b)
+}
+
+/// Second derivative.
+pub(super) fn bend(time: &[f64], column: &[f64], parts: &[Range<usize>], reach: usize) -> Vec<f64> {
+    local(time, column, parts, reach, |[_, _, c]| 2.0 * c)
+}
+
+/// Second derivative, and the most rows to either side that it comes from; the window [`widened`] from `reach` on.
+pub(super) fn smooth_bend(
+    time: &[f64],
+    column: &[f64],
+    parts: &[Range<usize>],
+    step_s: f64,
+    reach: usize,
+) -> (usize, Vec<f64>) {
+    let bends = Wanted { derivative: 2, accepted: ACCELERATION_NOISE };
+    widened(time, column, parts, step_s, reach, bends)
+}
+
+/// Which derivative of a column, and the noise in it that is accepted, of its RMS.
+#[derive(Clone, Copy)]
+struct Wanted {
+    derivative: usize,
+    accepted: f64,
+}
+
+impl Wanted {
+    /// Its part of a parabola `a + b τ + c τ²`.
+    fn of(self, [a, b, c]: [f64; 3]) -> f64 {
+        [a, b, 2.0 * c][self.derivative]
+    }
+
+    /// Standard deviation where that of the column is 1. Of a parabola fitted to N rows it is `sqrt(9/(4N))` in the middle,
+    /// `sqrt(12/N³)/Δt` of the slope and `sqrt(720/N⁵)/Δt²` of the second derivative; a row by itself is the column's.
+    fn noise(self, reach: usize, step_s: f64) -> f64 {
+        let rows = 2.0 * reach as f64 + 1.0;
+        match self.derivative {
+            0 if reach == 0 => 1.0,
+            0 => (2.25 / rows).sqrt(),
+            1 => (12.0 / rows.powi(3)).sqrt() / step_s,
+            _ => (720.0 / rows.powi(5)).sqrt() / (step_s * step_s),
+        }
+    }
+}
+
+/// A derivative of a column, and the most rows to either side that it comes from. The window grows until noise is a small
+/// part of the whole, but in no row further than what it says agrees with every shorter window (Lepskii 1991): a corner
+/// stays one.
+fn widened(
+    time: &[f64],
+    column: &[f64],
+    parts: &[Range<usize>],
+    step_s: f64,
+    mut reach: usize,
+    wanted: Wanted,
+) -> (usize, Vec<f64>) {
+    let mut found = local(time, column, parts, reach, |parabola| wanted.of(parabola));
+    let sigma = sigma(column, parts);
+    let mut agreed: Vec<Option<(f64, f64)>> = vec![Some((f64::NEG_INFINITY, f64::INFINITY)); found.len()];
+    loop {
+        let own = sigma * wanted.noise(reach, step_s);
+        let size = (rms(&found).powi(2) - own * own).max(0.0).sqrt();
+        if own.is_nan() || own <= wanted.accepted * size || reach >= MAX_REACH {
+            return (reach, found);
+        }
+        for (agreed, found) in agreed.iter_mut().zip(&found) {
+            *agreed = agreed.map(|(least, most)| (least.max(found - ALIKE * own), most.min(found + ALIKE * own)));
+        }
+        reach = (reach + reach.div_ceil(2)).clamp(2, MAX_REACH);
+        for rows in parts {
+            for n in rows.clone() {
+                let Some((least, most)) = agreed[n] else { continue };
+                let wider = wanted.of(around(time, column, rows, n, reach));
+                if (least..=most).contains(&wider) {
+                    found[n] = wider;
+                } else {
+                    agreed[n] = None;
+                }
+            }
+        }
+    }
+}
+
+/// What `of` keeps of the parabola [`around`] every row.
+pub(super) fn local<T: Copy + Default>(
+    time: &[f64],
+    column: &[f64],
+    parts: &[Range<usize>],
+    reach: usize,
+    of: impl Fn([f64; 3]) -> T,
+) -> Vec<T> {
+    let mut out = vec![T::default(); column.len()];
+    for rows in parts {
+        for n in rows.clone() {
+            out[n] = of(around(time, column, rows, n, reach));
+        }
+    }
+    out
+}
+
+/// Fits `a + b τ + c τ²` around a row of a part, τ the time from it. Near the border of the part the window shrinks on the
+/// far side only as far as it must.
+fn around(time: &[f64], column: &[f64], rows: &Range<usize>, n: usize, reach: usize) -> [f64; 3] {
+    let from = n.saturating_sub(reach).max(rows.start);
+    let to = (n + reach + 1).min(rows.end);
+    let (t0, x0) = (time[n], column[n]);
+    // moments of τ and of the column, both counted from the row itself: no cancellation
+    let (mut s, mut m) = ([0.0; 5], [0.0; 3]);
+    for k in from..to {
+        let (t, x) = (time[k] - t0, column[k] - x0);
+        let t2 = t * t;
+        for (sum, power) in s.iter_mut().zip([1.0, t, t2, t2 * t, t2 * t2]) {
+            *sum += power;
+        }
+        for (sum, power) in m.iter_mut().zip([1.0, t, t2]) {
+            *sum += power * x;
+        }
+    }
+    let [a, b, c] = parabola(s, m);
+    [x0 + a, b, c]
+}
+
+/// Solves the normal equations of the parabola; a straight line, or nothing, where the rows do not allow more.
+fn parabola(s: [f64; 5], m: [f64; 3]) -> [f64; 3] {
+    let minor = |a: f64, b: f64, c: f64, d: f64| a * d - b * c;
+    let (c00, c01, c02) = (minor(s[2], s[3], s[3], s[4]), minor(s[1], s[3], s[2], s[4]), minor(s[1], s[2], s[2], s[3]));
+    let determinant = s[0] * c00 - s[1] * c01 + s[2] * c02;
+    if determinant > 1e-12 * s[0] * s[2] * s[4] {
+        let c11 = minor(s[0], s[2], s[2], s[4]);
+        let c12 = minor(s[0], s[1], s[2], s[3]);
+        let c22 = minor(s[0], s[1], s[1], s[2]);
+        return [
+            (c00 * m[0] - c01 * m[1] + c02 * m[2]) / determinant,
+            (-c01 * m[0] + c11 * m[1] - c12 * m[2]) / determinant,
+            (c02 * m[0] - c12 * m[1] + c22 * m[2]) / determinant,
+        ];
+    }
+    let line = minor(s[0], s[1], s[1], s[2]);
+    if line > 0.0 { [minor(m[0], m[1], s[1], s[2]) / line, (s[0] * m[1] - s[1] * m[0]) / line, 0.0] } else { [0.0; 3] }
+}
