@@ -10,8 +10,7 @@ use simulation::run::{Part, Run};
 
 use crate::recording::sanity::quantum;
 
-/// Rows of all runs together from which they are averaged: what is quick is lost then. Three rows of 5 ms taken together cost 12 right
-/// answers of 160 and won 5 (`docs/trials/14`).
+/// Rows of all runs together from which they are averaged.
 const MOST_ROWS: usize = 120_000;
 
 /// Longest time that is averaged here, s: a law is no longer that of the averages where the speed changes within it.
