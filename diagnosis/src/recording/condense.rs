@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use simulation::run::{Part, Run};
 
-use crate::numbers::rounding::quantum;
+use crate::recording::sanity::quantum;
 
 /// Rows of all runs together from which they are averaged.
 const MOST_ROWS: usize = 120_000;
