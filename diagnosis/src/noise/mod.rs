@@ -13,19 +13,19 @@
 //!
 //! ```text
 //! rows         the one linear operation on every column
+//! shelves      the slow part of the noise
 //! locks        is an effect real? two tests that must agree
 //! ```
 
 pub(crate) mod locks;
 pub(crate) mod rows;
+mod shelves;
 
+use crate::noise::shelves::{MOST_SHELVES, Shelf, Shelves};
 use crate::numbers::bridge::{bridge, gaps};
 
 /// Longest autoregression.
 pub(crate) const MAX_ORDER: usize = 16;
-
-/// Most shelves: the slowest of them sees a million rows.
-const MOST_SHELVES: usize = 20;
 
 /// A filter that makes the noise white with variance 1.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,94 +34,13 @@ pub(crate) struct Whitening {
     predictors: Vec<Vec<f64>>,
     /// 1/σ of the innovation of each order.
     gains: Vec<f64>,
-    shelves: Vec<Shelf>,
-}
-
-/// `H(s) = (s + ω_z)/(s + ω_p)`, bilinear.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Shelf {
-    b: [f64; 2],
-    a: f64,
-    at_rest: f64,
-}
-
-impl Shelf {
-    /// Lets the power below `frequency` (of the sampling rate) through by 1/`ratio`.
-    fn new(frequency: f64, ratio: f64) -> Self {
-        let omega = std::f64::consts::TAU * frequency;
-        let quarter = ratio.sqrt().sqrt();
-        let (pole, zero) = (omega * quarter, omega / quarter);
-        Shelf {
-            b: [(2.0 + zero) / (2.0 + pole), (zero - 2.0) / (2.0 + pole)],
-            a: (pole - 2.0) / (2.0 + pole),
-            at_rest: zero / pole,
-        }
-    }
-
-    /// Backwards in time: what the transposed filter does, away from the ends of a stretch.
-    fn apply_backwards(&self, x: &mut [f64]) {
-        let (mut before, mut out) = (0.0, 0.0);
-        for x in x.iter_mut().rev() {
-            let next = self.b[0] * *x + self.b[1] * before - self.a * out;
-            before = *x;
-            out = next;
-            *x = next;
-        }
-    }
-
-    /// Squared gain at an angle per row.
-    fn power(&self, cos: f64) -> f64 {
-        let [b0, b1] = self.b;
-        (b0 * b0 + b1 * b1 + 2.0 * b0 * b1 * cos) / (1.0 + self.a * self.a + 2.0 * self.a * cos)
-    }
-}
-
-/// Columns that go through the shelves side by side.
-const ABREAST: usize = 8;
-
-/// Shelves one behind the other over rows of `N` columns, as if the first row had lasted for ever before it. Row by row
-/// through all of them: a row waits for the one before in every shelf, but neither shelves nor columns wait for one
-/// another.
-struct Cascade<'a, const N: usize> {
-    shelves: &'a [Shelf],
-    rows: &'a mut [[f64; N]],
-}
-
-impl<const N: usize> pulp::NullaryFnOnce for Cascade<'_, N> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        let Some(first) = self.rows.first() else { return };
-        let nothing = Shelf { b: [0.0; 2], a: 0.0, at_rest: 0.0 };
-        let mut states = [(nothing, [0.0; N], [0.0; N]); MOST_SHELVES];
-        let mut input = *first;
-        for ((own, before, out), shelf) in states.iter_mut().zip(self.shelves) {
-            (*own, *before, *out) = (*shelf, input, input.map(|x| x * shelf.at_rest));
-            for k in 0..N {
-                input[k] = shelf.b[0] * input[k] + shelf.b[1] * before[k] - shelf.a * out[k];
-            }
-        }
-        let states = &mut states[..self.shelves.len().min(MOST_SHELVES)];
-        for row in self.rows {
-            let mut signal = *row;
-            for (shelf, before, out) in states.iter_mut() {
-                let mut next = [0.0; N];
-                for k in 0..N {
-                    next[k] = shelf.b[0] * signal[k] + shelf.b[1] * before[k] - shelf.a * out[k];
-                }
-                (*before, *out) = (signal, next);
-                signal = next;
-            }
-            *row = signal;
-        }
-    }
+    shelves: Shelves,
 }
 
 impl Whitening {
     /// Leaves everything as it is.
     pub(crate) fn none() -> Self {
-        Whitening { predictors: vec![Vec::new()], gains: vec![1.0], shelves: Vec::new() }
+        Whitening { predictors: vec![Vec::new()], gains: vec![1.0], shelves: Shelves::default() }
     }
 
     /// Of residuals of variance about 1, stretch by stretch; an autoregression of order `most` at most. A row that is not a
@@ -129,7 +48,7 @@ impl Whitening {
     pub(crate) fn of(stretches: &[Vec<f64>], most: usize) -> Self {
         let mut whitening = autoregression(stretches, most.min(MAX_ORDER));
         let longest = stretches.iter().map(Vec::len).max().unwrap_or(0);
-        let levels = (1..=MOST_SHELVES).take_while(|level| longest >> level >= 2).count();
+        let levels = (1..=MOST_SHELVES).take_while(|level| longest >> level >= 1).count();
         let mut heights = vec![1.0; levels];
         for _ in 0..3 {
             let white: Vec<Vec<f64>> = stretches.iter().map(|x| whitening.applied_where_told(x)).collect();
@@ -142,10 +61,17 @@ impl Whitening {
             for level in 1..levels {
                 guarded[level] = guarded[level].max(guarded[level - 1]);
             }
-            whitening.shelves = (1..levels)
+            // what rises to the last is taken to rise for one octave more
+            if let [.., before, last] = guarded[..]
+                && levels < MOST_SHELVES
+            {
+                guarded.push(last * (last / before));
+            }
+            let shelves = (1..guarded.len())
                 .filter(|level| guarded[*level] > 1.02 * guarded[level - 1])
                 .map(|level| Shelf::new(0.5 / f64::from(1u32 << level), guarded[level] / guarded[level - 1]))
                 .collect();
+            whitening.shelves = Shelves::new(shelves);
         }
         whitening
     }
@@ -182,39 +108,12 @@ impl Whitening {
         for x in columns.iter_mut() {
             self.predict(x, spare);
         }
-        if self.shelves.is_empty() {
-            return;
-        }
-        let mut rest = columns;
-        while !rest.is_empty() {
-            // fewer than half of the places are dearer than one by one
-            let abreast = if rest.len() > ABREAST / 2 { rest.len().min(ABREAST) } else { 1 };
-            let (some, others) = rest.split_at_mut(abreast);
-            if abreast == 1 {
-                self.through_shelves::<1>(some);
-            } else {
-                self.through_shelves::<ABREAST>(some);
-            }
-            rest = others;
-        }
-    }
-
-    fn through_shelves<const N: usize>(&self, columns: &mut [Vec<f64>]) {
-        let mut rows = vec![[0.0; N]; columns.first().map_or(0, Vec::len)];
-        for (k, column) in columns.iter().enumerate() {
-            rows.iter_mut().zip(column).for_each(|(row, x)| row[k] = *x);
-        }
-        pulp::Arch::new().dispatch(Cascade { shelves: &self.shelves, rows: &mut rows });
-        for (k, column) in columns.iter_mut().enumerate() {
-            rows.iter().zip(column).for_each(|(row, x)| *x = row[k]);
-        }
+        self.shelves.apply_all(columns);
     }
 
     /// The transposed filter on the rows of one stretch.
     pub(crate) fn apply_backwards(&self, x: &mut [f64]) {
-        for shelf in &self.shelves {
-            shelf.apply_backwards(x);
-        }
+        self.shelves.apply_backwards(x);
         let order = self.order();
         let (phi, gain) = (&self.predictors[order], self.gains[order]);
         for n in 0..x.len() {
@@ -235,7 +134,7 @@ impl Whitening {
         }
         let cos = angle.cos();
         let gain = self.gains[order];
-        gain * gain * (re * re + im * im) * self.shelves.iter().map(|shelf| shelf.power(cos)).product::<f64>()
+        gain * gain * (re * re + im * im) * self.shelves.power(cos)
     }
 
     fn applied(&self, x: &[f64]) -> Vec<f64> {
@@ -369,7 +268,7 @@ fn haar(stretches: &[Vec<f64>], levels: usize) -> Vec<f64> {
         } else {
             let variance = sums[level] / count;
             // few differences: rather too much noise than too little
-            if count < 200.0 { variance * (1.0 + 1.0 / count.sqrt()) } else { variance }
+            if count < 200.0 { variance * (1.0 + 0.5 / count.sqrt()) } else { variance }
         });
     }
     variances
@@ -418,6 +317,38 @@ mod tests {
         for (level, variance) in haar(&white, 9).into_iter().enumerate() {
             assert!((0.45..1.35).contains(&variance), "level {level}: {variance}");
         }
+    }
+
+    #[test]
+    fn what_is_slow_is_as_sure_as_it_looks() {
+        // memories of 2 to 500 rows in runs of 4000: a slope over all runs, or along each, that is not there
+        let slopes: [fn(usize, usize) -> f64; 3] =
+            [|_, _| 1.0, |run, _| run as f64 / 5.0 - 0.5, |_, row| row as f64 / 4000.0 - 0.5];
+        let mut squares = [0.0; 3];
+        const DRAWN: u64 = 16;
+        for drawn in 0..DRAWN {
+            let runs: Vec<Vec<f64>> = (0..6)
+                .map(|run| {
+                    let seed = 1000 * drawn + 10 * run;
+                    let parts =
+                        [red(6000, 0.61, seed + 1), red(6000, 0.9692, seed + 2), red(6000, 0.998, seed + 3)];
+                    (2000..6000).map(|k| parts.iter().map(|part| part[k]).sum::<f64>() / 3f64.sqrt()).collect()
+                })
+                .collect();
+            let whitening = Whitening::of(&runs, MAX_ORDER);
+            for (square, slope) in squares.iter_mut().zip(slopes) {
+                let (mut with, mut size) = (0.0, 0.0);
+                for (run, x) in runs.iter().enumerate() {
+                    let column: Vec<f64> = (0..x.len()).map(|row| slope(run, row)).collect();
+                    for (column, x) in whitening.applied(&column).iter().zip(whitening.applied(x)) {
+                        (with, size) = (with + column * x, size + column * column);
+                    }
+                }
+                *square += with * with / size / DRAWN as f64;
+            }
+        }
+        // the square of a standard normal number has a mean of 1
+        assert!(squares.iter().all(|square| (0.3..2.5).contains(square)), "{squares:?}");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 """What an undecidable recording leaves standing, by fit: every other effect that an ideal analyser could not refute.
 
-An effect stands where, drawn once more, at the best size and with a sign that it can have, with the constants of the law
-inside their tolerance, it leaves less of the hidden difference than anyone could see (a score below VISIBLE), or less than
+An effect stands where, in one of a few more drawings, at the best size and with a sign that it can have, with the constants
+of the law inside their tolerance, it leaves less of the hidden difference than anyone could see (a score below VISIBLE), or less than
 one drawing of the hidden effect leaves of another: a fiftieth of the evidence.
 """
 import numpy as np
@@ -9,16 +9,17 @@ from .effect import Effect
 from .pipeline import difference, tangents, true_force, whitened
 
 VISIBLE = 4.0
+DRAWINGS = 8    # one alone may have a shape that refutes it where its own kind as a whole is not refuted
 ALIKE = 0.02 ** 0.5  # of the score; a seal's ripple and a contact's hysteresis leave up to 0.12 of it, no two others 0.13 to 0.16
 ELSEWHERE = ("external-load", "viscosity-temperature", "parameter-shift")  # a known weight, a sensor's law, the law itself
 
 
-def standing(seed, c, w, design, classes, d, sigma, rho, tolerance):
+def standing(seed, c, w, design, classes, d, sigma, law, tolerance):
     """Ids that explain the difference `d` at the recorded samples as well as the effect that made it."""
     names, cols = tangents(c, w)
     without = c.rec(true_force(c, w, []))
     prior = 1 / np.array([max(tolerance.get(n, 0.03), 1e-6) for n in names] + [1e3] * (len(cols) - len(names))) ** 2
-    white = whitened(c, sigma, rho)
+    white = whitened(c, sigma, law)
     x, y = np.stack([white(q) for q in cols], 1), white(d)
 
     def left(column=None, free=None):
@@ -38,12 +39,19 @@ def standing(seed, c, w, design, classes, d, sigma, rho, tolerance):
     for cls in classes:
         if cls.id in ELSEWHERE or cls.after_noise is not Effect.after_noise or cls.channels is not Effect.channels:
             continue
-        e = cls(np.random.Generator(np.random.PCG64([seed, 7])), w, design)
+        if any(left(column) < most for column in _drawn(seed, c, w, design, cls, without, size)):
+            found.add(cls.id)
+    return found
+
+
+def _drawn(seed, c, w, design, cls, without, size):
+    """Differences that drawings of an effect make, of about a size, with every sign it can have."""
+    for drawing in range(DRAWINGS):
+        e = cls(np.random.Generator(np.random.PCG64([seed, 7, drawing])), w, design)
         for sign in (1.0, -1.0) if "sign" in e.p else (1.0,):
             if "sign" in e.p:
                 e.p["sign"] = sign
             k = min(e.first, e.limit)
             one = np.sqrt(np.mean(difference(c, w, e, k, without) ** 2))
-            if one > 0 and left(difference(c, w, e, min(k * size / one, e.limit), without)) < most:
-                found.add(e.id)
-    return found
+            if one > 0:
+                yield difference(c, w, e, min(k * size / one, e.limit), without)

@@ -1,8 +1,13 @@
 """Noise laws of the force channel, each scaled to unit RMS."""
+from functools import lru_cache
 import numpy as np
+from scipy.linalg import cholesky, solve_triangular, toeplitz
 from scipy.signal import lfilter
 
 LAWS = ("white", "ar", "mix", "tails", "hetero", "quantised")
+RHO = 0.95                     # of `ar`, from one sample to the next
+MEMORIES_S = (0.010, 0.16, 2.5)  # of `mix`
+PIECE = 6000                   # samples whose memory is inverted at once: two memories of 2.5 s and more
 
 
 def _ar(rng, shape, rho):
@@ -14,9 +19,9 @@ def _ar(rng, shape, rho):
 def unit(rng, law, shape, fs):
     """Noise of unit standard deviation, shape (runs, samples); `hetero` varies the level from run to run by +-2."""
     if law == "ar":
-        return _ar(rng, shape, 0.95)
+        return _ar(rng, shape, RHO)
     if law == "mix":  # three first-order memories from 10 ms to 2.5 s
-        parts = [_ar(rng, shape, float(np.exp(-1 / (tau * fs)))) for tau in (0.010, 0.16, 2.5)]
+        parts = [_ar(rng, shape, float(np.exp(-1 / (tau * fs)))) for tau in MEMORIES_S]
         return (parts[0] + parts[1] + parts[2]) / np.sqrt(3.0)
     if law == "tails":
         return rng.standard_t(4, shape) / np.sqrt(2.0)
@@ -25,3 +30,20 @@ def unit(rng, law, shape, fs):
         level = 2.0 ** rng.uniform(-1, 1, (shape[0], 1))
         return e * level / np.sqrt(np.mean(level**2))
     return e
+
+
+def white(law, x, fs):
+    """What makes the noise of a law white, done to `x` (runs, samples)."""
+    if law == "ar":
+        return (x[:, 1:] - RHO * x[:, :-1]) / np.sqrt(1 - RHO * RHO)
+    if law == "mix":
+        pieces = [x[:, i:i + PIECE] for i in range(0, x.shape[1], PIECE)]
+        return np.concatenate([solve_triangular(_factor(p.shape[1], fs), p.T, lower=True, check_finite=False).T for p in pieces], axis=1)
+    return x
+
+
+@lru_cache(4)
+def _factor(n, fs):
+    """Cholesky factor of the covariance of `mix`."""
+    lag = np.arange(n) / fs
+    return cholesky(toeplitz(sum(np.exp(-lag / tau) for tau in MEMORIES_S) / len(MEMORIES_S)), lower=True)

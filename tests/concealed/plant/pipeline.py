@@ -6,6 +6,7 @@ force; of an encoder effect it is the difference of the nominal force at the rec
 """
 import numpy as np
 from scipy.signal import savgol_filter
+from . import noise
 from .effect import Effect
 from .session import RATE_MOVING, walther_of
 
@@ -150,17 +151,16 @@ def tangents(c, w):
     return names, cols
 
 
-def whitened(c, sigma, rho):
-    """What takes the known noise out of a column at the recorded samples; those at rest count for nothing."""
+def whitened(c, sigma, law):
+    """What takes the noise of a law out of a column at the recorded samples; those at rest count for nothing."""
     m = np.abs(c.rec(c.v)) > RATE_MOVING
 
     def white(a):
-        b = np.where(m, a, 0.0) / sigma[:, None]
-        return (b[:, 1:] - rho * b[:, :-1]).ravel() / np.sqrt(1 - rho * rho)
+        return noise.white(law, np.where(m, a, 0.0) / sigma[:, None], c.fs / c.keep).ravel()
     return white
 
 
-def absorbed(c, w, d, sigma, rho, tolerance):
+def absorbed(c, w, d, sigma, law, tolerance):
     """What calibration swallows of a difference d.
 
     Returns the share of its energy that free gains on preload, friction, viscosity (axis: Coulomb, viscous, mass, offset)
@@ -173,7 +173,7 @@ def absorbed(c, w, d, sigma, rho, tolerance):
     x, y = np.stack([q[m] for q in cols], 1), d[m]
     fit = x @ np.linalg.lstsq(x, y, rcond=None)[0]
     share = float(1 - np.sum((y - fit) ** 2) / max(np.sum(y**2), 1e-30))
-    white = whitened(c, sigma, rho)
+    white = whitened(c, sigma, law)
     x, y = np.stack([white(q) for q in cols], 1), white(d)
     tol = [max(tolerance.get(n, tolerance.get("friction", 0.03)), 1e-6) for n in names] + [1e3] * (x.shape[1] - len(names))
     prior = np.diag(1 / np.array(tol) ** 2)

@@ -1,0 +1,307 @@
+//! The slow part of the noise: first-order shelves one behind the other, and how they begin.
+//!
+//! Before the first row of a stretch nothing was seen of a noise that had been wandering all along. What it may have wandered
+//! by then is its stationary variance, and the filter starts as Kalman's for the noise that the shelves make white:
+//!
+//! ```text
+//! ν = x - C·ŵ,   white = ν/√S,   ŵ' = A·ŵ + K·ν
+//! ```
+//!
+//! with one state `w` a shelf. Once `S` has come down to `D²`, that is the cascade itself, `ν = D·e`; until then the cascade
+//! runs with `K·D - B` times what comes out of it added to its states. `S` and `K` follow from Chandrasekhar's recursion,
+//! which a stationary start makes one of rank one: `P' - P = m·y·yᵀ` (Morf, Sidhu and Kailath 1974).
+
+use std::sync::Arc;
+
+/// Most shelves: the slowest of them sees a million rows.
+pub(super) const MOST_SHELVES: usize = 20;
+
+/// Columns that go through the shelves side by side.
+pub(super) const ABREAST: usize = 8;
+
+/// Excess of `S` over `D²` from which the filter has begun.
+const BEGUN: f64 = 1e-4;
+
+/// Most rows that a beginning takes: a noise that wanders for longer is taken as known from there on.
+const LONGEST: usize = 1 << 17;
+
+/// `H(s) = (s + ω_z)/(s + ω_p)`, bilinear.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Shelf {
+    b: [f64; 2],
+    a: f64,
+}
+
+impl Shelf {
+    /// Lets the power below `frequency` (of the sampling rate) through by 1/`ratio`.
+    pub(super) fn new(frequency: f64, ratio: f64) -> Self {
+        let omega = std::f64::consts::TAU * frequency;
+        let quarter = ratio.sqrt().sqrt();
+        let (pole, zero) = (omega * quarter, omega / quarter);
+        Shelf { b: [(2.0 + zero) / (2.0 + pole), (zero - 2.0) / (2.0 + pole)], a: (pole - 2.0) / (2.0 + pole) }
+    }
+
+    /// Backwards in time: what the transposed filter does, away from the ends of a stretch.
+    fn apply_backwards(&self, x: &mut [f64]) {
+        let (mut before, mut out) = (0.0, 0.0);
+        for x in x.iter_mut().rev() {
+            let next = self.b[0] * *x + self.b[1] * before - self.a * out;
+            before = *x;
+            out = next;
+            *x = next;
+        }
+    }
+
+    /// Squared gain at an angle per row.
+    fn power(&self, cos: f64) -> f64 {
+        let [b0, b1] = self.b;
+        (b0 * b0 + b1 * b1 + 2.0 * b0 * b1 * cos) / (1.0 + self.a * self.a + 2.0 * self.a * cos)
+    }
+}
+
+/// Shelves one behind the other.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Shelves {
+    shelves: Vec<Shelf>,
+    /// Row by row from the start of a stretch: `D/√S`, then `K·D - B` of every shelf.
+    beginning: Arc<Vec<f64>>,
+}
+
+impl Shelves {
+    pub(super) fn new(shelves: Vec<Shelf>) -> Self {
+        let beginning = if shelves.is_empty() { Vec::new() } else { beginning(&shelves) };
+        Shelves { shelves, beginning: Arc::new(beginning) }
+    }
+
+    /// The rows of one stretch of several columns.
+    pub(super) fn apply_all(&self, columns: &mut [Vec<f64>]) {
+        if self.shelves.is_empty() {
+            return;
+        }
+        let mut rest = columns;
+        while !rest.is_empty() {
+            // fewer than half of the places are dearer than one by one
+            let abreast = if rest.len() > ABREAST / 2 { rest.len().min(ABREAST) } else { 1 };
+            let (some, others) = rest.split_at_mut(abreast);
+            if abreast == 1 {
+                self.apply::<1>(some);
+            } else {
+                self.apply::<ABREAST>(some);
+            }
+            rest = others;
+        }
+    }
+
+    fn apply<const N: usize>(&self, columns: &mut [Vec<f64>]) {
+        let mut rows = vec![[0.0; N]; columns.first().map_or(0, Vec::len)];
+        for (k, column) in columns.iter().enumerate() {
+            rows.iter_mut().zip(column).for_each(|(row, x)| row[k] = *x);
+        }
+        pulp::Arch::new().dispatch(Cascade {
+            shelves: &self.shelves,
+            beginning: &self.beginning,
+            rows: &mut rows,
+        });
+        for (k, column) in columns.iter_mut().enumerate() {
+            rows.iter().zip(column).for_each(|(row, x)| *x = row[k]);
+        }
+    }
+
+    /// The transposed filter, away from the ends of a stretch.
+    pub(super) fn apply_backwards(&self, x: &mut [f64]) {
+        for shelf in &self.shelves {
+            shelf.apply_backwards(x);
+        }
+    }
+
+    /// Squared gain at an angle per row.
+    pub(super) fn power(&self, cos: f64) -> f64 {
+        self.shelves.iter().map(|shelf| shelf.power(cos)).product()
+    }
+}
+
+/// Shelves one behind the other over rows of `N` columns. Row by row through all of them: a row waits for the one before in
+/// every shelf, but neither shelves nor columns wait for one another.
+struct Cascade<'a, const N: usize> {
+    shelves: &'a [Shelf],
+    beginning: &'a [f64],
+    rows: &'a mut [[f64; N]],
+}
+
+impl<const N: usize> pulp::NullaryFnOnce for Cascade<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Cascade { shelves, beginning, rows } = self;
+        let mut states = [(Shelf { b: [0.0; 2], a: 0.0 }, [0.0; N]); MOST_SHELVES];
+        states.iter_mut().zip(shelves).for_each(|(state, shelf)| state.0 = *shelf);
+        let states = &mut states[..shelves.len().min(MOST_SHELVES)];
+        let through = |states: &mut [(Shelf, [f64; N])], mut signal: [f64; N]| {
+            for (shelf, state) in states {
+                for k in 0..N {
+                    let next = shelf.b[0] * signal[k] - state[k];
+                    state[k] = shelf.a * next - shelf.b[1] * signal[k];
+                    signal[k] = next;
+                }
+            }
+            signal
+        };
+        let mut beginning = beginning.chunks_exact(shelves.len() + 1);
+        let first = beginning.len().min(rows.len());
+        let (first, others) = rows.split_at_mut(first);
+        for (row, begins) in first.iter_mut().zip(&mut beginning) {
+            let out = through(states, *row);
+            for ((_, state), correction) in states.iter_mut().zip(&begins[1..]) {
+                for k in 0..N {
+                    state[k] += correction * out[k];
+                }
+            }
+            *row = out.map(|x| x * begins[0]);
+        }
+        for row in others {
+            *row = through(states, *row);
+        }
+    }
+}
+
+/// The noise that shelves make white: `w' = A·w + B·e`, `x = C·w + D·e`.
+struct Noise {
+    a: Vec<Vec<f64>>,
+    b: Vec<f64>,
+    c: Vec<f64>,
+    d: f64,
+}
+
+impl Noise {
+    fn of(shelves: &[Shelf]) -> Self {
+        let states = shelves.len();
+        let (mut a, mut b) = (vec![Vec::new(); states], vec![0.0; states]);
+        // what goes into a shelf from behind, of every state and of e
+        let (mut c, mut d) = (vec![0.0; states], 1.0);
+        for (at, shelf) in shelves.iter().enumerate().rev() {
+            let mut out: Vec<f64> = c.iter().map(|c| c / shelf.b[0]).collect();
+            out[at] += 1.0 / shelf.b[0];
+            let out_d = d / shelf.b[0];
+            a[at] = c.iter().zip(&out).map(|(c, out)| shelf.a * c - shelf.b[1] * out).collect();
+            b[at] = shelf.a * d - shelf.b[1] * out_d;
+            (c, d) = (out, out_d);
+        }
+        Noise { a, b, c, d }
+    }
+
+    /// `P·Cᵀ` of the stationary covariance `P = A·P·Aᵀ + B·Bᵀ`, by doubling.
+    fn stationary(&self) -> Vec<f64> {
+        let states = self.b.len();
+        let mut power = self.a.clone();
+        let mut covariance: Vec<Vec<f64>> =
+            self.b.iter().map(|b| self.b.iter().map(|other| b * other).collect()).collect();
+        for _ in 0..2 * MOST_SHELVES {
+            let moved = product(&power, &transposed(&product(&power, &covariance)));
+            let mut grown = 0.0f64;
+            for (row, moved) in covariance.iter_mut().zip(&moved) {
+                for (x, moved) in row.iter_mut().zip(moved) {
+                    *x += moved;
+                    grown = grown.max(moved.abs() / x.abs().max(1e-300));
+                }
+            }
+            if grown < 1e-12 {
+                break;
+            }
+            power = product(&power, &power);
+        }
+        (0..states).map(|row| dot(&covariance[row], &self.c)).collect()
+    }
+}
+
+/// How shelves begin: see [`Shelves::beginning`].
+fn beginning(shelves: &[Shelf]) -> Vec<f64> {
+    let noise = Noise::of(shelves);
+    let Noise { a, b, c, d } = &noise;
+    let by_a = |x: &[f64]| -> Vec<f64> { a.iter().map(|row| dot(row, x)).collect() };
+    let of_start = noise.stationary();
+    let mut s = dot(c, &of_start) + d * d;
+    // K·S, and the change of the covariance
+    let mut gain: Vec<f64> = by_a(&of_start).iter().zip(b).map(|(x, b)| x + b * d).collect();
+    let (mut y, mut m) = (gain.clone(), -1.0 / s);
+    let mut rows = Vec::new();
+    for _ in 0..LONGEST {
+        if !(s > (1.0 + BEGUN) * d * d) {
+            break;
+        }
+        rows.push(d / s.sqrt());
+        rows.extend(gain.iter().zip(b).map(|(gain, b)| gain / s * d - b));
+        let seen = dot(c, &y);
+        let moved = by_a(&y);
+        let next_s = s + m * seen * seen;
+        gain.iter_mut().zip(&moved).for_each(|(gain, moved)| *gain += m * seen * moved);
+        m += m * seen * seen * m / s;
+        y = moved.iter().zip(&gain).map(|(moved, gain)| moved - gain / next_s * seen).collect();
+        s = next_s;
+    }
+    rows
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn transposed(a: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    (0..a.len()).map(|column| a.iter().map(|row| row[column]).collect()).collect()
+}
+
+fn product(a: &[Vec<f64>], b: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let columns = transposed(b);
+    a.iter().map(|row| columns.iter().map(|column| dot(row, column)).collect()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Covariance of the noise that shelves make white, at a lag.
+    fn covariance(noise: &Noise, lag: usize) -> f64 {
+        let mut of_start = noise.stationary();
+        if lag == 0 {
+            return dot(&noise.c, &of_start) + noise.d * noise.d;
+        }
+        of_start = noise.a.iter().zip(&noise.b).map(|(row, b)| dot(row, &of_start) + b * noise.d).collect();
+        for _ in 1..lag {
+            of_start = noise.a.iter().map(|row| dot(row, &of_start)).collect();
+        }
+        dot(&noise.c, &of_start)
+    }
+
+    #[test]
+    fn what_comes_out_is_white_from_the_first_row_on() {
+        let shelves = vec![Shelf::new(0.05, 3.0), Shelf::new(0.01, 8.0), Shelf::new(0.003, 4.0)];
+        let noise = Noise::of(&shelves);
+        let rows = 300;
+        let lags: Vec<f64> = (0..rows).map(|lag| covariance(&noise, lag)).collect();
+        // row k of the filter's matrix T, by what comes out of a 1 at every row: T·Σ·Tᵀ = 1
+        let filter = Shelves::new(shelves);
+        let mut columns: Vec<Vec<f64>> =
+            (0..rows).map(|at| (0..rows).map(|n| f64::from(u8::from(n == at))).collect()).collect();
+        filter.apply_all(&mut columns);
+        let row = |k: usize| -> Vec<f64> { columns.iter().map(|column| column[k]).collect() };
+        let between = |a: &[f64], b: &[f64]| -> f64 {
+            let one = |(i, x): (usize, &f64)| {
+                x * b.iter().enumerate().map(|(j, y)| y * lags[i.abs_diff(j)]).sum::<f64>()
+            };
+            a.iter().enumerate().map(one).sum()
+        };
+        for (k, l) in [(0, 0), (1, 1), (0, 1), (3, 250), (40, 40), (40, 41), (299, 299), (100, 299)] {
+            let expected = f64::from(u8::from(k == l));
+            let found = between(&row(k), &row(l));
+            assert!((found - expected).abs() < 2e-4, "{k} {l}: {found}");
+        }
+    }
+
+    #[test]
+    fn a_beginning_ends() {
+        for shelves in [vec![Shelf::new(0.25, 1.05)], vec![Shelf::new(1e-5, 50.0), Shelf::new(0.1, 1.5)]] {
+            let rows = Shelves::new(shelves.clone()).beginning.len() / (shelves.len() + 1);
+            assert!((1..LONGEST).contains(&rows), "{rows}");
+        }
+    }
+}
