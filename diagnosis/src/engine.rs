@@ -18,6 +18,7 @@ use crate::fit::edges::{Edges, Ends, Skew};
 use crate::fit::rest::power;
 use crate::noise::rows::Rows;
 use crate::nominal::Nominal;
+use crate::numbers::rounding::quantum;
 use crate::numbers::statistics::rms;
 use crate::recording::condense::{condensed, factor};
 use crate::recording::moving::Moving;
@@ -167,7 +168,7 @@ fn attempt(
     let Calibrated { values: mut law_only, mut side, mut saturation, .. } = calibrated;
     // a speed that had to be set aside leaves one whose changes are no acceleration
     let pointed = (!is_noisy && speed.is_none()).then_some(ringing.pointed.as_slice());
-    let step_n = runs.iter().filter_map(|run| sanity::quantum(&run.drag_force_n)).max_by(f64::total_cmp);
+    let step_n = runs.iter().filter_map(|run| quantum(&run.drag_force_n)).max_by(f64::total_cmp);
     let nominal = &nominal;
     let given = Given { simulation, nominal, ringing: pointed, edges, step_n };
     let case = Case { given, side: &side, training: &training, saturation: &saturation, seen_from_m: 0.0 };

@@ -5,8 +5,8 @@
 
 use crate::beside::pulses::{OUTSTANDING, Track, Width, outstanding, scores};
 use crate::noise::rows::Rows;
+use crate::numbers::rounding::quantum;
 use crate::numbers::statistics::{line, median, robust_sigma, scatter};
-use crate::recording::sanity::quantum;
 use crate::recording::side::Side;
 
 /// Lengths that are tried, m: from the contact of a ball with the rail to a few of them, as far apart as a matched filter

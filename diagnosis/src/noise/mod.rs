@@ -268,7 +268,7 @@ fn haar(stretches: &[Vec<f64>], levels: usize) -> Vec<f64> {
         } else {
             let variance = sums[level] / count;
             // few differences: rather too much noise than too little
-            if count < 200.0 { variance * (1.0 + 0.5 / count.sqrt()) } else { variance }
+            if count < 200.0 { variance * (1.0 + 1.0 / count.sqrt()) } else { variance }
         });
     }
     variances
@@ -330,8 +330,7 @@ mod tests {
             let runs: Vec<Vec<f64>> = (0..6)
                 .map(|run| {
                     let seed = 1000 * drawn + 10 * run;
-                    let parts =
-                        [red(6000, 0.61, seed + 1), red(6000, 0.9692, seed + 2), red(6000, 0.998, seed + 3)];
+                    let parts = [red(6000, 0.61, seed + 1), red(6000, 0.9692, seed + 2), red(6000, 0.998, seed + 3)];
                     (2000..6000).map(|k| parts.iter().map(|part| part[k]).sum::<f64>() / 3f64.sqrt()).collect()
                 })
                 .collect();

@@ -11,7 +11,8 @@ use simulation::run::{Break, Run};
 use crate::noise::{MAX_ORDER, Whitening};
 use crate::numbers::bridge::{bridge, gaps};
 use crate::numbers::linear::Symmetric;
-use crate::numbers::statistics::robust_sigma;
+use crate::numbers::rounding::{following, is_coarse, quantum};
+use crate::numbers::statistics::{rms, robust_sigma};
 
 /// Longest gap that is bridged, s.
 const BRIDGE_S: f64 = 0.25;
@@ -24,6 +25,9 @@ const BLOCK_S: f64 = 5.0;
 
 /// Folds that blocks are dealt to, in turn.
 pub(crate) const FOLDS: usize = 4;
+
+/// Time for which a force stays within a step of its channel, s: a travel at one speed.
+const WITHIN_A_STEP_S: f64 = 0.75;
 
 /// Residuals of more standard deviations than this count less.
 const TAIL: f64 = 4.0;
@@ -60,6 +64,10 @@ pub(crate) struct Rows {
     pub(crate) blocks: Vec<Range<usize>>,
     /// Compared rows of every part of the profile: one level of noise each.
     pub(crate) groups: Vec<Range<usize>>,
+    /// Step in which the force channel counts, N; 0 where it has none.
+    step_n: f64,
+    /// Rows for which a force stays within a step.
+    within_a_step: f64,
 }
 
 impl Rows {
@@ -78,6 +86,8 @@ impl Rows {
             weights: Vec::new(),
             blocks: Vec::new(),
             groups: Vec::new(),
+            step_n: runs.iter().filter_map(|run| quantum(&run.drag_force_n)).fold(0.0, f64::max),
+            within_a_step: 1.0,
             starts,
         };
         let mut duration_s = 0.0;
@@ -102,6 +112,8 @@ impl Rows {
                 }
             }
         }
+        let step_s = runs.iter().map(Run::step_s).fold(0.0, f64::max) * decimation as f64;
+        rows.within_a_step = (WITHIN_A_STEP_S / step_s).max(1.0);
         rows.number_blocks(runs, BLOCK_S.min(duration_s / 40.0));
         rows.weights = vec![1.0; rows.len()];
         rows
@@ -275,7 +287,8 @@ impl Rows {
         self.whitening = Whitening::of(&told, most);
         self.weights = vec![1.0; self.len()];
         let white: Vec<f64> = self.white(residual).into_iter().map(f64::from).collect();
-        for rows in &self.groups {
+        let is_coarse = is_coarse(self.step_n, rms(&plain));
+        for (rows, plain_sigma) in self.groups.iter().zip(&scales) {
             let sigma = scale(&white[rows.clone()]);
             let mut sum = 0.0;
             for n in rows.clone() {
@@ -284,8 +297,11 @@ impl Rows {
                 sum += (weight * size) * (weight * size);
                 self.weights[n] = (weight / sigma) as f32;
             }
+            // a channel's own fault is looked for, what it rounds beside noise is noise that comes many rows at a time
+            let rounded = if is_coarse { 0.0 } else { following(self.step_n, *plain_sigma) };
+            let more = 1.0 + self.within_a_step * rounded / (plain_sigma * plain_sigma);
             // unit variance of what is left of the tails
-            let rest = (sum / rows.len().max(1) as f64).sqrt();
+            let rest = (sum / rows.len().max(1) as f64 * more).sqrt();
             if rest > 0.0 {
                 for weight in &mut self.weights[rows.clone()] {
                     *weight /= rest as f32;

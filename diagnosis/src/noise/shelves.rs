@@ -97,11 +97,7 @@ impl Shelves {
         for (k, column) in columns.iter().enumerate() {
             rows.iter_mut().zip(column).for_each(|(row, x)| row[k] = *x);
         }
-        pulp::Arch::new().dispatch(Cascade {
-            shelves: &self.shelves,
-            beginning: &self.beginning,
-            rows: &mut rows,
-        });
+        pulp::Arch::new().dispatch(Cascade { shelves: &self.shelves, beginning: &self.beginning, rows: &mut rows });
         for (k, column) in columns.iter_mut().enumerate() {
             rows.iter().zip(column).for_each(|(row, x)| *x = row[k]);
         }
@@ -285,9 +281,8 @@ mod tests {
         filter.apply_all(&mut columns);
         let row = |k: usize| -> Vec<f64> { columns.iter().map(|column| column[k]).collect() };
         let between = |a: &[f64], b: &[f64]| -> f64 {
-            let one = |(i, x): (usize, &f64)| {
-                x * b.iter().enumerate().map(|(j, y)| y * lags[i.abs_diff(j)]).sum::<f64>()
-            };
+            let one =
+                |(i, x): (usize, &f64)| x * b.iter().enumerate().map(|(j, y)| y * lags[i.abs_diff(j)]).sum::<f64>();
             a.iter().enumerate().map(one).sum()
         };
         for (k, l) in [(0, 0), (1, 1), (0, 1), (3, 250), (40, 40), (40, 41), (299, 299), (100, 299)] {

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use simulation::run::{Part, Run};
 
-use crate::recording::sanity::quantum;
+use crate::numbers::rounding::quantum;
 
 /// Rows of all runs together from which they are averaged.
 const MOST_ROWS: usize = 120_000;

@@ -5,6 +5,7 @@ use simulation::motion::Motion;
 use simulation::run::{Break, Run};
 
 use crate::noise::third_differences;
+use crate::numbers::rounding::quantum;
 use crate::numbers::statistics::robust_sigma;
 use crate::report::DataQuality;
 
@@ -330,30 +331,13 @@ fn longest_still(x: &[f64]) -> Option<(usize, usize)> {
     (best.1 > (x.len() / 20).max(50)).then_some(best)
 }
 
-/// Step of a quantised channel: its smallest difference but for one in a hundred, if nearly all differences are whole multiples of it.
-pub(crate) fn quantum(x: &[f64]) -> Option<f64> {
-    let mut steps: Vec<f64> = x.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|d| *d > 0.0).collect();
-    if steps.len() < 50 {
-        return None;
-    }
-    steps.sort_unstable_by(f64::total_cmp);
-    let step = steps[steps.len() / 100];
-    let whole = steps.iter().filter(|d| (*d / step - (*d / step).round()).abs() < 0.02 * (*d / step).max(1.0)).count();
-    // single values repeat in a quantised signal; a continuous one has no smallest step
-    let repeated = steps.windows(2).filter(|pair| pair[1] - pair[0] < 1e-6 * step).count();
-    (whole * 100 > 95 * steps.len() && repeated * 2 > steps.len()).then_some(step)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn steps_rails_and_stuck_channels_are_seen() {
+    fn rails_and_stuck_channels_are_seen() {
         let smooth: Vec<f64> = (0..2000).map(|n| (f64::from(n) * 0.0171).sin() * 3.0).collect();
-        assert_eq!(quantum(&smooth), None);
-        let coarse: Vec<f64> = smooth.iter().map(|x| (x / 0.05).round() * 0.05).collect();
-        assert!((quantum(&coarse).expect("steps") - 0.05).abs() < 1e-9);
         let clipped: Vec<f64> = smooth.iter().map(|x| x.min(2.5)).collect();
         let (low, high) = extremes(&clipped);
         assert!(at_rails(&clipped, low, high).is_some_and(|share| (0.1..0.3).contains(&share)));

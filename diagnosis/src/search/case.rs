@@ -10,11 +10,8 @@ use crate::fit::bench::{Bench, Candidate};
 use crate::fit::edges::Edges;
 use crate::noise::rows::Rows;
 use crate::nominal::Nominal;
+use crate::numbers::rounding::is_coarse;
 use crate::recording::side::Side;
-
-/// Rounding, of the noise (in which it is), from which it is a fault of the channel; a channel that noise carries over
-/// its steps has none.
-const COARSE: f64 = 0.35;
 
 /// What no search changes: the simulation, and what the channels tell by themselves.
 #[derive(Clone, Copy)]
@@ -40,11 +37,6 @@ pub(crate) struct Case<'s> {
     pub(crate) saturation: &'s Saturation,
     /// Travel since the force has turned from which on rows are compared, m: what play of the coupling leaves to be seen.
     pub(crate) seen_from_m: f64,
-}
-
-/// Standard deviation of what rounding to a step adds, N.
-pub(crate) fn rounding_n(step_n: f64) -> f64 {
-    step_n / 12.0f64.sqrt()
 }
 
 impl<'s> Case<'s> {
@@ -74,6 +66,6 @@ impl<'s> Case<'s> {
 
     /// Step in which the force channel counts, N, where that is a good part of the noise.
     pub(crate) fn coarse_step_n(&self, noise_n: f64) -> Option<f64> {
-        self.given.step_n.filter(|step| rounding_n(*step) > COARSE * noise_n)
+        self.given.step_n.filter(|step| is_coarse(*step, noise_n))
     }
 }

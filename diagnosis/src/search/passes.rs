@@ -7,9 +7,10 @@ use crate::fit::rest::{among, beyond, noise_rms, whiteness};
 use crate::fit::source::Source;
 use crate::noise::locks::least_of;
 use crate::noise::rows::Rows;
+use crate::numbers::rounding::rounding;
 use crate::numbers::statistics::rms;
 use crate::search::adequacy::{self, Doubt, doubts};
-use crate::search::case::{Case, Given, rounding_n};
+use crate::search::case::{Case, Given};
 use crate::search::found::{Causes, FAR, Found, again, amplitudes};
 use crate::search::open_set;
 use crate::search::{self, Floor, search};
@@ -74,7 +75,7 @@ pub(crate) fn run<'s>(
         let coarse_step_n = case.coarse_step_n(noise);
         let irrelevant_n = irrelevant_n(case, &rows, &mismatch)?;
         // a force that stays within one step is off by up to half of it, always to the same side
-        let rounding_n = coarse_step_n.map_or(step_n.map_or(0.0, rounding_n), |step| 0.5 * step);
+        let rounding_n = coarse_step_n.map_or(step_n.map_or(0.0, rounding), |step| 0.5 * step);
         let floor = Floor { any_n: irrelevant_n.max(FLOOR_OF_NOISE * noise), rounding_n };
         let searched = search(&mut bench, &mut pool, &tolerances, &former, floor);
         let mut members = searched.members;
