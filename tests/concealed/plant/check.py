@@ -83,6 +83,9 @@ def _noise():
         lag = float(np.mean(x[:, 1:] * x[:, :-1]) / np.mean(x**2))
         want = {"white": (-0.01, 0.01), "ar": (0.94, 0.96), "mix": (0.80, 0.90), "tails": (-0.02, 0.02), "hetero": (-0.02, 0.02), "quantised": (-0.02, 0.02)}[law]
         yield f"{law}: lag-1 correlation", lag, f"in {want}", want[0] <= lag <= want[1]
+        white = noise.white(law, x[:, :8000], 200.0)
+        off = max(abs(float(np.mean(white**2)) - 1), *(abs(float(np.mean(white[:, n:] * white[:, :-n]))) for n in (1, 30, 500)))
+        yield f"{law}: made white, variance and correlation over 1, 30 and 500 samples", off, "< 0.06", off < 0.06
     tail = float(np.mean(np.abs(noise.unit(rng, "tails", (4, 40000), 200.0)) > 4))
     yield "tails: share beyond 4 sigma", tail, "> 1e-3 (Gauss 6e-5)", tail > 1e-3
     level = noise.unit(rng, "hetero", (12, 4000), 200.0).std(axis=1)
