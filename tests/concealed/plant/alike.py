@@ -9,7 +9,7 @@ from .effect import Effect
 from .pipeline import difference, tangents, true_force, whitened
 
 VISIBLE = 4.0
-DRAWINGS = 8    # one alone may have a shape that refutes it where its own kind as a whole is not refuted
+DRAWINGS = 4    # one alone may have a shape that refutes it where its own kind as a whole is not refuted
 ALIKE = 0.02 ** 0.5  # of the score; a seal's ripple and a contact's hysteresis leave up to 0.12 of it, no two others 0.13 to 0.16
 ELSEWHERE = ("external-load", "viscosity-temperature", "parameter-shift")  # a known weight, a sensor's law, the law itself
 
