@@ -127,6 +127,15 @@ pub(crate) fn prior(nominal: &Nominal, values: &[f64]) -> Vec<(f64, f64)> {
         .collect()
 }
 
+/// Steps that lead to the ends of the range of every number that the simulation leaves out.
+pub(crate) fn room(nominal: &Nominal, values: &[f64]) -> Vec<(f64, f64)> {
+    let of = |(parameter, value): (&Parameter, &f64)| match parameter.sigma {
+        Some(_) => (f64::NEG_INFINITY, f64::INFINITY),
+        None => (parameter.range.0 - value, parameter.range.1 - value),
+    };
+    nominal.parameters.iter().zip(values).map(of).collect()
+}
+
 /// Where a step of Gauss and Newton leads within three standard deviations of every number: what calibration alone may do.
 /// A number that would go beyond is held at its limit, and the others are fitted again beside it: to cut off each by itself
 /// leaves the law worse than it was given where one makes up for another.

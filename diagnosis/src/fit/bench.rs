@@ -20,6 +20,9 @@ const EARNED: f64 = 2e-3;
 const ROUNDING: f64 = 1e-6;
 const ROUNDING_OF_SHIFT: f64 = 1e-11;
 
+/// Weight, of a column's own square, with which a number of the law is held at an end of its range.
+const HOLD: f64 = 1e6;
+
 /// Largest preload, of the least one, from which forms that differ by their load are told apart.
 const SEVERAL: f64 = 1.3;
 
@@ -88,6 +91,7 @@ pub(crate) struct Fit {
     pub(crate) rss: f64,
     factor: Cholesky,
     forward: Vec<f64>,
+    held: Vec<(usize, f64)>,
 }
 
 impl Fit {
@@ -107,6 +111,26 @@ impl Fit {
     }
 }
 
+/// What a fit leaves of a candidate.
+struct Left {
+    products: Symmetric,
+    with_mismatch: Vec<f64>,
+    /// Every column of it as the fit imitates it.
+    imitated: Vec<Vec<f64>>,
+}
+
+impl Left {
+    /// Columns of the fit with their values beside the candidate of these amplitudes.
+    fn beside<'a>(&self, fit: &'a Fit, amplitudes: &[f64]) -> impl Iterator<Item = (usize, f64)> + use<'a> {
+        let mut taken = vec![0.0; fit.values.len()];
+        for (imitated, amplitude) in self.imitated.iter().zip(amplitudes) {
+            taken.iter_mut().zip(imitated).for_each(|(taken, x)| *taken += amplitude * x);
+        }
+        let taken = fit.factor.backward(taken);
+        fit.active.iter().copied().zip(fit.values.iter().zip(taken).map(|(value, taken)| value - taken))
+    }
+}
+
 /// See the module.
 pub(crate) struct Bench<'a> {
     pub(crate) rows: Rows,
@@ -117,6 +141,8 @@ pub(crate) struct Bench<'a> {
     products: Symmetric,
     /// Precision and pull of the tangent's columns.
     prior: Vec<(f64, f64)>,
+    /// Least and largest step of the law's numbers, where they have a range that no tolerance keeps them in.
+    room: Vec<(f64, f64)>,
     pub(crate) tangent: Vec<Vec<f64>>,
     /// Whitened square of the largest force that a cause may have: one that is larger than all that was measured and all that
     /// is missing only cancels against others. A force that turns late is missing at every turn, twice as often as it turns.
@@ -153,6 +179,7 @@ impl<'a> Bench<'a> {
             base: Vec::new(),
             products: Symmetric::zeros(0),
             prior,
+            room: Vec::new(),
             tangent: Vec::new(),
             largest: f64::INFINITY,
             is_relative: false,
@@ -167,6 +194,14 @@ impl<'a> Bench<'a> {
         bench.push(bench.rows.white_all(&raw));
         bench.tangent = tangent;
         bench
+    }
+
+    /// The same where steps of the law's numbers end.
+    pub(crate) fn within(mut self, room: Vec<(f64, f64)>) -> Self {
+        if room.iter().any(|(least, most)| least.is_finite() || most.is_finite()) {
+            self.room = room;
+        }
+        self
     }
 
     /// Adds whitened columns to the base; answers their places.
@@ -197,10 +232,22 @@ impl<'a> Bench<'a> {
     }
 
     pub(crate) fn fit(&self, active: &[usize]) -> Fit {
+        self.fit_holding(active, Vec::new())
+    }
+
+    /// The same with some of the law's numbers held at a step.
+    fn fit_holding(&self, active: &[usize], held: Vec<(usize, f64)>) -> Fit {
+        let prior_of = |column: usize| match held.iter().find(|(of, _)| *of == column) {
+            Some((_, step)) => {
+                let precision = HOLD * self.products.get(column, column);
+                (precision, precision * step)
+            }
+            None => self.prior_of(column),
+        };
         let mut a = self.products.part(active);
         let mut b: Vec<f64> = active.iter().map(|i| self.products.get(0, *i)).collect();
         for (k, column) in active.iter().enumerate() {
-            let (precision, pull) = self.prior_of(*column);
+            let (precision, pull) = prior_of(*column);
             a.add(k, k, precision);
             b[k] += pull;
         }
@@ -208,7 +255,7 @@ impl<'a> Bench<'a> {
         let forward = factor.forward(&b);
         let constant: f64 = active
             .iter()
-            .map(|column| self.prior_of(*column))
+            .map(|column| prior_of(*column))
             .map(|(precision, pull)| if precision > 0.0 { pull * pull / precision } else { 0.0 })
             .sum();
         Fit {
@@ -217,7 +264,23 @@ impl<'a> Bench<'a> {
             rss: self.products.get(0, 0) + constant - dot(&forward, &forward),
             factor,
             forward,
+            held,
         }
+    }
+
+    /// The law's number that steps the farthest beyond its room, in units of its column, and where that ends; none of those
+    /// that are held already.
+    fn beyond_room(&self, held: &[(usize, f64)], steps: impl Iterator<Item = (usize, f64)>) -> Option<(usize, f64)> {
+        steps
+            .filter(|(column, _)| held.iter().all(|(of, _)| of != column))
+            .filter_map(|(column, step)| {
+                let (least, most) = *self.room.get(column - 1)?;
+                let end = step.clamp(least, most);
+                let beyond = (step - end).abs() * self.products.get(column, column).sqrt();
+                (beyond > 0.0).then_some((beyond, (column, end)))
+            })
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(_, end)| end)
     }
 
     /// Steps of the law's parameters that fit best where some are held at a given step.
@@ -242,15 +305,20 @@ impl<'a> Bench<'a> {
         steps
     }
 
-    /// The law and the members together, every amplitude with a sign that its cause can have: what pulls the wrong way
-    /// beside the others is left out, the worst first.
+    /// The law and the members together, every amplitude with a sign that its cause can have and every number of the law
+    /// within its room: what pulls the wrong way beside the others is left out, the worst first.
     pub(crate) fn fit_members(&self, members: &[Member]) -> Fit {
         self.fit_signed(self.active(members), members)
     }
 
     fn fit_signed(&self, mut active: Vec<usize>, members: &[Member]) -> Fit {
+        let mut held = Vec::new();
         loop {
-            let fit = self.fit(&active);
+            let fit = self.fit_holding(&active, held.clone());
+            if let Some(end) = self.beyond_room(&held, fit.active.iter().copied().zip(fit.values.iter().copied())) {
+                held.push(end);
+                continue;
+            }
             let against = |column: usize, (least, most): (f64, f64)| {
                 let x = fit.value_of(column);
                 let wrong = if most <= 0.0 {
@@ -415,7 +483,7 @@ impl<'a> Bench<'a> {
     }
 
     /// What a fit leaves of a candidate's inner products, and of those with the mismatch; it must be prepared for the fit.
-    fn left(&self, candidate: &Candidate, fit: &Fit) -> (Symmetric, Vec<f64>) {
+    fn left(&self, candidate: &Candidate, fit: &Fit) -> Left {
         let count = candidate.columns.len();
         let cross = |column: usize, k: usize| {
             candidate.cross.get(column).and_then(Option::as_ref).map_or(0.0, |products| products[k])
@@ -440,19 +508,28 @@ impl<'a> Bench<'a> {
                 left.set(i, j, rest);
             }
         }
-        (left, right)
+        Left { products: left, with_mismatch: right, imitated }
     }
 
     /// Inverse variance of a candidate's only amplitude beside a fit, for which it must be prepared.
     pub(crate) fn precision(&self, candidate: &Candidate, fit: &Fit) -> f64 {
-        self.left(candidate, fit).0.get(0, 0)
+        self.left(candidate, fit).products.get(0, 0)
     }
 
     /// What the candidate adds to a fit, for which it must be prepared.
     pub(crate) fn gain(&self, candidate: &Candidate, fit: &Fit) -> Gain {
         let count = candidate.columns.len();
-        let (left, right) = self.left(candidate, fit);
-        let (nats, amplitudes) = bounded(&left, &right, &candidate.bounds);
+        let left = self.left(candidate, fit);
+        let (mut nats, mut amplitudes) = bounded(&left.products, &left.with_mismatch, &candidate.bounds);
+        if !self.room.is_empty()
+            && let Some(end) = self.beyond_room(&fit.held, left.beside(fit, &amplitudes))
+        {
+            // the law would have to go where it cannot be: it stays at the end of its range
+            let held = self.fit_holding(&fit.active, fit.held.iter().copied().chain([end]).collect());
+            let there = self.gain(candidate, &held);
+            nats = (there.nats - 0.5 * (held.rss - fit.rss)).max(0.0);
+            amplitudes = there.amplitudes;
+        }
         let own: f64 = (0..count)
             .map(|i| amplitudes[i] * (0..count).map(|j| candidate.own.get(i, j) * amplitudes[j]).sum::<f64>())
             .sum();

@@ -105,8 +105,12 @@ impl Cholesky {
 
     /// `A⁻¹ b`.
     pub(crate) fn solve(&self, b: &[f64]) -> Vec<f64> {
+        self.backward(self.forward(b))
+    }
+
+    /// `S L⁻ᵀ x`.
+    pub(crate) fn backward(&self, mut x: Vec<f64>) -> Vec<f64> {
         let n = self.size;
-        let mut x = self.forward(b);
         for i in (0..n).rev() {
             let mut sum = x[i];
             for k in i + 1..n {

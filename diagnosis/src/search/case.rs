@@ -3,9 +3,9 @@
 use simulation::Simulation;
 use simulation::file::PositionReference;
 
-use crate::calibration::prior;
 use crate::calibration::saturation::Saturation;
 use crate::calibration::settle::Valley;
+use crate::calibration::{prior, room};
 use crate::fit::bench::{Bench, Candidate};
 use crate::fit::edges::Edges;
 use crate::noise::rows::Rows;
@@ -46,7 +46,8 @@ impl<'s> Case<'s> {
         let mismatch = side.residual(nominal, values)?;
         let tangent = side.tangent(nominal, values)?;
         let mut bench =
-            Bench::new(rows.clone(), &side.contexts, training.to_vec(), &mismatch, tangent, prior(nominal, values));
+            Bench::new(rows.clone(), &side.contexts, training.to_vec(), &mismatch, tangent, prior(nominal, values))
+                .within(room(nominal, values));
         bench.is_relative = simulation.axis.position_reference == PositionReference::Relative;
         bench.seen_from_m = self.seen_from_m;
         bench.edges = edges;

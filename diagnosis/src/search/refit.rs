@@ -7,7 +7,7 @@
 
 use simulation::Simulation;
 
-use crate::calibration::{moved, prior, way};
+use crate::calibration::{moved, prior, room, way};
 use crate::fit::bench::{Bench, Member};
 use crate::nominal::Nominal;
 use crate::recording::side::Side;
@@ -37,7 +37,8 @@ pub(crate) fn together(
         let tangent = again.tangent(nominal, &values)?;
         let rows = found.bench.rows.clone();
         let mut bench =
-            Bench::new(rows, &again.contexts, training.to_vec(), &mismatch, tangent, prior(nominal, &values));
+            Bench::new(rows, &again.contexts, training.to_vec(), &mismatch, tangent, prior(nominal, &values))
+                .within(room(nominal, &values));
         let mut members: Vec<Member> = Vec::with_capacity(found.members.len());
         for member in &found.members {
             let Some(candidate) = bench.candidate(member.candidate.source.clone()) else { return Ok(None) };
