@@ -42,7 +42,7 @@ use crate::noise::locks::Locks;
 use crate::search::opening::{Asked, MORE, is_open, level};
 
 /// Most causes that act together.
-const MOST: usize = 6;
+const MOST: usize = 8;
 
 /// Share of all evidence below which a further cause is one only if its size is the same throughout: a form is an
 /// idealisation, and what it leaves of its own cause's force, up to a seventh of it, is a fiftieth in square.
