@@ -136,7 +136,15 @@ impl Clocks {
             let together: Vec<f64> =
                 (self.first..self.last).map(|j| (1..=ORDERS).map(|order| of_order(j, order)).sum()).collect();
             let highest = peaks(&together, PEAKS, PADDED as usize * ORDERS, LEAST_GAIN);
-            let near = |j: usize| Clock::at(bench, fit, (self.first + j) as f64 * self.step_hz(), waves.carrier);
+            // what repeats after a period does so after several: the strongest of the orders may be the first
+            let strongest =
+                |j: usize| (1..=ORDERS).max_by(|a, b| of_order(j, *a).total_cmp(&of_order(j, *b))).unwrap_or(1);
+            let at = |steps: usize| Clock::at(bench, fit, steps as f64 * self.step_hz(), waves.carrier);
+            let near = |j: usize| {
+                let (j, order) = (self.first + j, strongest(self.first + j));
+                let of_orders = [1, order].into_iter().take(if order > 1 { 2 } else { 1 }).filter_map(|n| at(n * j));
+                of_orders.max_by(|a, b| a.nats.total_cmp(&b.nats))
+            };
             found.extend(highest.into_iter().filter_map(near));
         }
         found.sort_by(|a, b| b.nats.total_cmp(&a.nats));

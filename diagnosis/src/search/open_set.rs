@@ -26,6 +26,18 @@ const SHARE_OF_MANY: f64 = 0.06;
 /// screw has reached 27, where clamps of half a percent of the drag had 55 and more.
 const SURE_OF_CLOCK: f64 = 40.0;
 
+/// The same while the noise still has in it whatever repeats, so that the noise filter takes most of a clock away.
+const LIKELY_CLOCK: f64 = 20.0;
+
+/// What the noise is known from.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum NoiseOf {
+    /// From what curves along the axes leave, in which every clock is.
+    Curves,
+    /// From what a search has left.
+    Search,
+}
+
 /// Takes up curves as long as one explains clearly more than the names do. Answers the p-value of the surest, 1 without.
 pub(crate) fn extend(
     bench: &mut Bench<'_>,
@@ -33,11 +45,14 @@ pub(crate) fn extend(
     tolerances: &Tolerances<'_>,
     members: &mut Vec<Member>,
     floor: Floor,
+    noise: NoiseOf,
 ) -> f64 {
     let clocks = Clocks::new(bench);
     let mut surest = 1.0f64;
     for _ in 0..2 {
-        let Some((better, p)) = best(bench, pool, clocks.as_ref(), tolerances, members, floor) else { return surest };
+        let Some((better, p)) = best(bench, pool, (clocks.as_ref(), noise), tolerances, members, floor) else {
+            return surest;
+        };
         *members = better;
         surest = surest.min(p);
     }
@@ -47,7 +62,7 @@ pub(crate) fn extend(
 fn best(
     bench: &mut Bench<'_>,
     pool: &mut Pool,
-    clocks: Option<&Clocks>,
+    (clocks, noise): (Option<&Clocks>, NoiseOf),
     tolerances: &Tolerances<'_>,
     members: &[Member],
     floor: Floor,
@@ -95,11 +110,16 @@ fn best(
     let Beside { others, own: candidate, gain, .. } = bench.beside(&with, with.len().checked_sub(1)?);
     let locks = bench.locks(&candidate, &gain, &others);
     let kinds = pool.kinds + pool.stories.len();
-    let is_clock = matches!(&candidate.source, Source::Story { curve } if curve.axis == Axis::Clock);
+    let sure = if noise == NoiseOf::Search { SURE_OF_CLOCK } else { LIKELY_CLOCK };
     let opens = is_relevant(bench, &candidate, &gain, floor)
         && is_open(Asked::AllBlocks, &locks, kinds, tried)
-        && (!is_clock || locks.ln_e > SURE_OF_CLOCK);
+        && (!is_clock(&candidate.source) || locks.ln_e > sure);
     opens.then(|| (with, p_of(Asked::AllBlocks, &locks, kinds, tried)))
+}
+
+/// Whether a source is a curve over a period of time.
+pub(crate) fn is_clock(source: &Source) -> bool {
+    matches!(source, Source::Story { curve } if curve.axis == Axis::Clock)
 }
 
 /// Whether the library has a cause for each column of a curve: what differs by direction is a constant and an asymmetry.

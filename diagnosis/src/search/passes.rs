@@ -12,7 +12,7 @@ use crate::numbers::statistics::rms;
 use crate::search::adequacy::{self, Doubt, doubts};
 use crate::search::case::{Case, Given};
 use crate::search::found::{Causes, FAR, Found, again, amplitudes};
-use crate::search::open_set;
+use crate::search::open_set::{self, NoiseOf, is_clock};
 use crate::search::{self, Floor, search};
 
 /// A cause whose force is smaller than this share of the noise is not worth a mention.
@@ -79,7 +79,8 @@ pub(crate) fn run<'s>(
         let floor = Floor { any_n: irrelevant_n.max(FLOOR_OF_NOISE * noise), rounding_n };
         let searched = search(&mut bench, &mut pool, &tolerances, &former, floor);
         let mut members = searched.members;
-        let p_of_curve = open_set::extend(&mut bench, &mut pool, &tolerances, &mut members, floor);
+        let noise_of = if pass == 1 { NoiseOf::Curves } else { NoiseOf::Search };
+        let p_of_curve = open_set::extend(&mut bench, &mut pool, &tolerances, &mut members, floor, noise_of);
         let fit = bench.fit_members(&members);
         let mut extra = Vec::new();
         for member in &members {
@@ -94,7 +95,9 @@ pub(crate) fn run<'s>(
             let is_coloured = (whiteness(&bench, &fit) - 1.0).abs() > COLOURED;
             // what stood out is explained, and may count in full
             let is_tamed = rows.tails() > FEW_TAILS && 2 * anew.tails() < rows.tails();
-            learnt = (is_coloured || is_tamed).then_some(anew);
+            // until then a clock was only likely
+            let has_clock = members.iter().any(|member| is_clock(&member.candidate.source));
+            learnt = (is_coloured || is_tamed || has_clock).then_some(anew);
         }
         if pass < MOST_PASSES && (led.is_some() || learnt.is_some()) {
             *kept = Some((rows.clone(), pool));
@@ -222,7 +225,7 @@ fn doubted(
     let mut with: Vec<Member> =
         members.iter().zip(&found).filter(|(_, doubt)| doubt.is_none()).map(|(member, _)| member.clone()).collect();
     let sure = with.len();
-    let _ = open_set::extend(bench, pool, tolerances, &mut with, floor);
+    let _ = open_set::extend(bench, pool, tolerances, &mut with, floor, NoiseOf::Search);
     if with.len() > sure && bench.fit_members(&with).rss < bench.fit_members(members).rss {
         *members = with;
         return doubts(bench, &bench.fit_members(members), members);
