@@ -214,6 +214,9 @@ fn attempt(
 /// it does not follow it.
 const MOST_LEFT: f64 = 0.25;
 
+/// The same of a law that cannot be all that is off, whatever its numbers: no search needs to begin there.
+const FAR_TOO_MUCH: f64 = 2.0 * MOST_LEFT;
+
 /// Searches around the law with its numbers where calibration left them.
 fn searched<'s>(case: &Case<'s>, rows: &Rows, law_only: &[f64]) -> Result<Found<'s>, String> {
     let start = unbound(case.given.nominal, case.side, rows, case.training, law_only)?;
@@ -221,19 +224,21 @@ fn searched<'s>(case: &Case<'s>, rows: &Rows, law_only: &[f64]) -> Result<Found<
     if start == law_only {
         return passes::run(case, rows.clone(), law_only, law_only, &mut kept);
     }
-    let found = passes::run(case, rows.clone(), &start, law_only, &mut kept)?;
     // a law that is off is accepted as such only if nothing else is needed; else it has imitated what is missing
-    let within_n2 = power(rows, &case.side.residual(case.given.nominal, law_only)?);
-    let is_it = |found: &Found<'_>| {
-        let noise_n2 = found.noise_n * found.noise_n;
-        Ok::<bool, String>(found.left_n(case)?.powi(2) - noise_n2 < MOST_LEFT * (within_n2 - noise_n2))
-    };
-    if found.is_shift_only() && is_it(&found)? {
-        if found.members.len() == 1 {
-            return Ok(found);
+    let of_law_n2 = |values: &[f64]| Ok::<f64, String>(power(rows, &case.side.residual(case.given.nominal, values)?));
+    let within_n2 = of_law_n2(law_only)?;
+    let leaves =
+        |share: f64, left_n2: f64, noise_n: f64| left_n2 - noise_n.powi(2) >= share * (within_n2 - noise_n.powi(2));
+    let is_it = |found: &Found<'_>| Ok::<bool, String>(!leaves(MOST_LEFT, found.left_n(case)?.powi(2), found.noise_n));
+    if !leaves(FAR_TOO_MUCH, of_law_n2(&start)?, case.noise_n(rows, &start)?) {
+        let found = passes::run(case, rows.clone(), &start, law_only, &mut kept)?;
+        if found.is_shift_only() && is_it(&found)? {
+            if found.members.len() == 1 {
+                return Ok(found);
+            }
+            let alone = law_alone(case, rows, &start, law_only, &mut kept)?;
+            return Ok(alone.unwrap_or(found));
         }
-        let alone = law_alone(case, rows, &start, law_only, &mut kept)?;
-        return Ok(alone.unwrap_or(found));
     }
     let within = passes::run(case, rows.clone(), law_only, law_only, &mut kept)?;
     if !within.members.is_empty() && !within.is_shift_only() {

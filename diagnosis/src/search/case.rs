@@ -8,6 +8,7 @@ use crate::calibration::settle::Valley;
 use crate::calibration::{prior, room};
 use crate::fit::bench::{Bench, Candidate};
 use crate::fit::edges::Edges;
+use crate::fit::rest::noise_rms;
 use crate::noise::rows::Rows;
 use crate::nominal::Nominal;
 use crate::numbers::rounding::is_coarse;
@@ -54,6 +55,13 @@ impl<'s> Case<'s> {
         let square = |force: &[f64]| rows.white(force).iter().map(|x| f64::from(*x) * f64::from(*x)).sum::<f64>();
         bench.largest = square(&side.drag_n) + square(&mismatch);
         Ok(bench)
+    }
+
+    /// RMS of what neither the law at some values nor any curve beside it follows, N.
+    pub(crate) fn noise_n(&self, rows: &Rows, values: &[f64]) -> Result<f64, String> {
+        let Case { given: Given { nominal, .. }, side, saturation, .. } = *self;
+        let (mismatch, tangent) = (side.residual(nominal, values)?, side.tangent(nominal, values)?);
+        Ok(noise_rms(rows, &saturation.rest(rows, &side.contexts, &mismatch, &tangent, &[])))
     }
 
     /// The law's numbers beside causes.
