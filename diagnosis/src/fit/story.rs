@@ -28,7 +28,7 @@ const ALONG: [Axis; 12] = [
 const SINCE_TURN: [f64; 10] = [0.0, 1.0, 2.0, 3.0, 5.0, 8.0, 13.0, 21.0, 34.0, 55.0];
 
 /// Knots of a curve that repeats.
-const CLOCK_KNOTS: usize = 12;
+pub(crate) const CLOCK_KNOTS: usize = 12;
 
 /// Every curve that these runs can show. `compared`: rows of all runs, laid end to end.
 pub(crate) fn all(contexts: &[Context<'_>], compared: &[bool]) -> Vec<Curve> {

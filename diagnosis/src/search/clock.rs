@@ -54,6 +54,12 @@ const WORTH_REFINING: f64 = 25.0;
 /// Squared rise that a peak must promise to be pointed out: far less than what a curve costs, more than noise shows.
 const LEAST_GAIN: f64 = 40.0;
 
+/// Places to either side of a peak that are its flank.
+const FLANK: usize = PADDED as usize * ORDERS;
+
+/// A clock that a fit imitates for three quarters shows in what that leaves by a quarter of what it explains beyond it.
+const IMITATED: f64 = 4.0;
+
 /// Carriers of what may repeat.
 const CARRIERS: [Carrier; 3] = [Carrier::Odd, Carrier::Drag, Carrier::Even];
 
@@ -80,6 +86,27 @@ struct Waves {
     weight: Vec<f64>,
     /// Logarithm of the squared size of a wave of 1 behind the noise filter, at frequencies in geometric steps.
     ln_sizes: Vec<f64>,
+}
+
+/// Squared rise of the likelihood's logarithm, twice, that a rest promises.
+struct Heard {
+    /// By waves in every bin of the transform.
+    gains: Vec<f64>,
+    /// By all orders of every frequency that is looked at.
+    together: Vec<f64>,
+}
+
+impl Heard {
+    /// The most that is heard around a frequency that is looked at.
+    fn near(&self, j: usize) -> f64 {
+        let around = j.saturating_sub(FLANK)..self.together.len().min(j + FLANK + 1);
+        self.together[around].iter().fold(0.0, |most, x| x.max(most))
+    }
+}
+
+/// What a wave of an order of a frequency promises.
+fn of_order(gains: &[f64], j: usize, order: usize) -> f64 {
+    gains.get((order * j + ORDERS / 2) / ORDERS).copied().unwrap_or(0.0)
 }
 
 impl Clocks {
@@ -117,12 +144,41 @@ impl Clocks {
         CARRIERS.len() * (self.last - self.first) / PADDED as usize
     }
 
-    /// Clocks that what a fit leaves points to, refined.
-    pub(crate) fn pointed_out(&self, bench: &Bench<'_>, fit: &Fit) -> Vec<Candidate> {
+    /// What the freedom of one costs, nats.
+    pub(crate) fn cost(bench: &Bench<'_>) -> f64 {
+        0.5 * story::CLOCK_KNOTS as f64 * bench.ln_rows()
+    }
+
+    /// Clocks that what fits leave points to, refined. A clock that would have to explain `least` nats beyond the first fit
+    /// must show in what that leaves, too.
+    pub(crate) fn pointed_out(&self, bench: &Bench<'_>, fits: &[&Fit], least: f64) -> Vec<Candidate> {
+        let mut beyond_first: Option<Vec<Heard>> = None;
+        let mut candidates = Vec::new();
+        for fit in fits {
+            let heard = self.heard(bench, fit);
+            let first = beyond_first.as_ref().unwrap_or(&heard);
+            let mut found: Vec<Clock> = Vec::new();
+            for ((waves, heard), first) in self.waves.iter().zip(&heard).zip(first) {
+                let shows = |j: &usize| 0.5 * IMITATED * first.near(*j) > least;
+                let highest = peaks(&heard.together, PEAKS, FLANK, LEAST_GAIN);
+                let near = |j: usize| self.near(bench, fit, waves.carrier, (self.first + j, heard));
+                found.extend(highest.into_iter().filter(shows).filter_map(near));
+            }
+            found.sort_by(|a, b| b.nats.total_cmp(&a.nats));
+            for clock in found.iter_mut().take(REFINED).filter(|clock| clock.nats > WORTH_REFINING) {
+                clock.refine(bench, fit, self.span_s);
+            }
+            candidates.extend(found.into_iter().map(|clock| clock.candidate));
+            beyond_first.get_or_insert(heard);
+        }
+        candidates
+    }
+
+    /// What a fit leaves, period by period, for every carrier.
+    fn heard(&self, bench: &Bench<'_>, fit: &Fit) -> Vec<Heard> {
         let power = bench.rows.power_weights();
         let rest = bench.rows.backwards(&bench.rest(fit));
-        let mut found: Vec<Clock> = Vec::new();
-        for waves in &self.waves {
+        let of = |waves: &Waves| {
             let mut sums = vec![Complex::new(0.0, 0.0); self.bins];
             for (row, t) in times(bench).enumerate().filter(|(row, t)| power[*row] > 0.0 && t.is_finite()) {
                 sums[(((t - self.start_s) * self.per_s) as usize).min(self.bins - 1)].re +=
@@ -131,27 +187,21 @@ impl Clocks {
             self.transform.process(&mut sums);
             let gains: Vec<f64> =
                 sums[..self.bins / 2].iter().enumerate().map(|(k, sum)| sum.norm_sqr() / self.size(waves, k)).collect();
-            let of_order =
-                |j: usize, order: usize| gains.get((order * j + ORDERS / 2) / ORDERS).copied().unwrap_or(0.0);
-            let together: Vec<f64> =
-                (self.first..self.last).map(|j| (1..=ORDERS).map(|order| of_order(j, order)).sum()).collect();
-            let highest = peaks(&together, PEAKS, PADDED as usize * ORDERS, LEAST_GAIN);
-            // what repeats after a period does so after several: the strongest of the orders may be the first
-            let strongest =
-                |j: usize| (1..=ORDERS).max_by(|a, b| of_order(j, *a).total_cmp(&of_order(j, *b))).unwrap_or(1);
-            let at = |steps: usize| Clock::at(bench, fit, steps as f64 * self.step_hz(), waves.carrier);
-            let near = |j: usize| {
-                let (j, order) = (self.first + j, strongest(self.first + j));
-                let of_orders = [1, order].into_iter().take(if order > 1 { 2 } else { 1 }).filter_map(|n| at(n * j));
-                of_orders.max_by(|a, b| a.nats.total_cmp(&b.nats))
-            };
-            found.extend(highest.into_iter().filter_map(near));
-        }
-        found.sort_by(|a, b| b.nats.total_cmp(&a.nats));
-        for clock in found.iter_mut().take(REFINED).filter(|clock| clock.nats > WORTH_REFINING) {
-            clock.refine(bench, fit, self.span_s);
-        }
-        found.into_iter().map(|clock| clock.candidate).collect()
+            let all_orders = |j: usize| (1..=ORDERS).map(|order| of_order(&gains, j, order)).sum();
+            Heard { together: (self.first..self.last).map(all_orders).collect(), gains }
+        };
+        self.waves.iter().map(of).collect()
+    }
+
+    /// The clock of a period, in steps of the frequency, or of the order of it that is its strongest: what repeats after a
+    /// period does so after several.
+    fn near(&self, bench: &Bench<'_>, fit: &Fit, carrier: Carrier, (j, heard): (usize, &Heard)) -> Option<Clock> {
+        let gain = |order: &usize| of_order(&heard.gains, j, *order);
+        let strongest = (1..=ORDERS).max_by(|a, b| gain(a).total_cmp(&gain(b))).filter(|order| *order > 1);
+        std::iter::once(1)
+            .chain(strongest)
+            .filter_map(|order| Clock::at(bench, fit, (order * j) as f64 * self.step_hz(), carrier))
+            .max_by(|a, b| a.nats.total_cmp(&b.nats))
     }
 
     /// Step of the frequencies that are looked at, Hz: a period is told by its highest order, as finely as that needs it.

@@ -83,9 +83,10 @@ fn best(
     leading.dedup();
     let mut curves: Vec<(Candidate, usize)> =
         leading.into_iter().map(|index| (pool.stories[index].clone(), 1)).collect();
-    for fit in [&now, &law].into_iter().take(1 + usize::from(!members.is_empty())) {
-        let pointed_out = clocks.iter().flat_map(|clocks| clocks.pointed_out(bench, fit));
-        curves.extend(pointed_out.map(|clock| (clock, clocks.map_or(1, Clocks::tried))));
+    if let Some(clocks) = clocks {
+        let fits = &[&now, &law][..1 + usize::from(!members.is_empty())];
+        let least = Clocks::cost(bench) - cost(bench, members) + LEAD.max(SHARE_OF_MANY * named);
+        curves.extend(clocks.pointed_out(bench, fits, least).into_iter().map(|clock| (clock, clocks.tried())));
     }
     for (curve, tried) in curves {
         if members.iter().any(|member| member.candidate.source.is_kin(&curve.source)) {
