@@ -116,28 +116,14 @@ pub(crate) fn search(
 ) -> Found {
     let mut members: Vec<Member> = Vec::new();
     let p_no_mismatch = omnibus(bench, pool, tolerances);
-    // taking up and dropping may go round in circles
-    for _ in 0..2 * MOST {
-        if members.len() >= MOST {
+    // what follows whatever there is has made room for a simpler cause: what else it followed is searched for anew
+    for _ in 0..2 {
+        take_up(bench, pool, tolerances, &mut members, floor);
+        polish(bench, &mut members);
+        if !simplify(bench, pool, tolerances, &mut members) {
             break;
         }
-        let fit = bench.fit_members(&members);
-        let short = short_list(bench, pool, &fit, tolerances, &members);
-        let chosen = short
-            .into_iter()
-            .find(|(candidate, gain)| gain.score > 0.0 && holds(bench, pool, candidate, gain, &members, floor))
-            .or_else(|| spoken_for(bench, pool, &fit, tolerances, &members, floor));
-        let Some(chosen) = chosen else { break };
-        if let Some((at, richer)) = best_upgrade(bench, pool, &members, chosen.1.score) {
-            members[at] = bench.take(richer);
-        } else {
-            members.push(bench.take(chosen.0));
-        }
-        exchange(bench, pool, tolerances, &mut members);
-        drop_idle(bench, &mut members);
     }
-    polish(bench, &mut members);
-    simplify(bench, pool, tolerances, &mut members);
     straighten(bench, &mut members);
     prune(bench, pool, &mut members, floor);
     let mut formerly = Vec::with_capacity(former.len());
@@ -153,6 +139,36 @@ pub(crate) fn search(
         }
     }
     Found { members, p_no_mismatch }
+}
+
+/// Takes up causes one by one as long as one holds beside the others.
+fn take_up(
+    bench: &mut Bench<'_>,
+    pool: &mut Pool,
+    tolerances: &Tolerances<'_>,
+    members: &mut Vec<Member>,
+    floor: Floor,
+) {
+    // taking up and dropping may go round in circles
+    for _ in 0..2 * MOST {
+        if members.len() >= MOST {
+            return;
+        }
+        let fit = bench.fit_members(members);
+        let short = short_list(bench, pool, &fit, tolerances, members);
+        let chosen = short
+            .into_iter()
+            .find(|(candidate, gain)| gain.score > 0.0 && holds(bench, pool, candidate, gain, members, floor))
+            .or_else(|| spoken_for(bench, pool, &fit, tolerances, members, floor));
+        let Some(chosen) = chosen else { return };
+        if let Some((at, richer)) = best_upgrade(bench, pool, members, chosen.1.score) {
+            members[at] = bench.take(richer);
+        } else {
+            members.push(bench.take(chosen.0));
+        }
+        exchange(bench, pool, tolerances, members);
+        drop_idle(bench, members);
+    }
 }
 
 /// What members explain together, less what their freedom costs, nats.
@@ -438,8 +454,10 @@ fn exchange(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>,
     }
 }
 
-/// Replaces members by causes with fewer numbers that explain as much but for a share that is worth no name.
-fn simplify(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>, members: &mut [Member]) {
+/// Replaces members by causes with fewer numbers that explain as much but for a share that is worth no name. Answers whether
+/// it did.
+fn simplify(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>, members: &mut [Member]) -> bool {
+    let mut has_replaced = false;
     let law = bench.fit(&bench.law());
     let all = 0.5 * (law.rss - bench.fit_members(members).rss);
     for at in 0..members.len() {
@@ -467,8 +485,10 @@ fn simplify(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>,
             simpler.into_iter().min_by(|a, b| a.0.freedom().cmp(&b.0.freedom()).then(b.1.nats.total_cmp(&a.1.nats)));
         if let Some((candidate, _)) = best {
             members[at] = bench.take(candidate);
+            has_replaced = true;
         }
     }
+    has_replaced
 }
 
 /// Replaces a cable chain that hardly changes along the rail by what is left of it then: a friction and a constant force.
