@@ -83,7 +83,8 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     if let Some(path) = &arguments.html {
         let found = outcome.augmented.as_ref().map(|augmented| diagnosed::views(&runs, &simulation, augmented));
         let views = found.transpose().map_err(Failure::data)?.unwrap_or_default();
-        let name = arguments.files.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ");
+        let name = arguments.files.iter().filter_map(|path| path.file_name()).map(|name| name.to_string_lossy());
+        let name = name.collect::<Vec<_>>().join(", ");
         fs::write(path, diagnosed::page(&name, diagnosis, &views)).map_err(|error| Failure::file(path, error))?;
     }
     if let (Some(path), Some(augmented)) = (&arguments.export, &outcome.augmented) {

@@ -6,6 +6,7 @@ use super::{AxisView, carried_over};
 use crate::report::chart::Chart;
 use crate::report::number::{short, significant, with_space};
 use crate::report::page::Page;
+use crate::report::shares;
 
 /// Makes the page. `views` may be empty where there was nothing to compare.
 pub fn page(name: &str, diagnosis: &Diagnosis, views: &[AxisView]) -> String {
@@ -37,6 +38,9 @@ pub fn page(name: &str, diagnosis: &Diagnosis, views: &[AxisView]) -> String {
 
 /// Probability by chance below which a difference is certain.
 const CERTAIN: f64 = 1e-6;
+
+/// Least probability that is said: none is known so exactly.
+const LEAST_SAID: f64 = 1e-9;
 
 /// Why a simulation that certainly differs is a match all the same; `None` where it does not differ, or more is said.
 pub fn of_no_interest(diagnosis: &Diagnosis) -> Option<&'static str> {
@@ -83,10 +87,18 @@ fn score(page: &mut Page, diagnosis: &Diagnosis) {
         page.prose(&format!("Nothing is named: {why}."));
     }
     let removed = match h.is_scored() {
-        true => format!("Error removed: {:.1} to {:.1} % (95 %). ", 100.0 * low, 100.0 * high),
+        true => format!(
+            "Of the error that its own parameters leave, {:.1} to {:.1} % is removed (95 %). ",
+            100.0 * low,
+            100.0 * high
+        ),
         false => String::new(),
     };
-    page.prose(&format!("{removed}Probability of such a mismatch by chance: {:.1e}.", diagnosis.p_no_mismatch));
+    let chance = match diagnosis.p_no_mismatch {
+        p if p < LEAST_SAID => format!("below {LEAST_SAID:.0e}"),
+        p => significant(p, 2),
+    };
+    page.prose(&format!("{removed}Probability of such a mismatch by chance: {chance}."));
 }
 
 fn considered(page: &mut Page, diagnosis: &Diagnosis) {
@@ -102,20 +114,11 @@ fn considered(page: &mut Page, diagnosis: &Diagnosis) {
 
 fn causes(page: &mut Page, diagnosis: &Diagnosis) {
     page.heading("What is missing");
-    let bars = diagnosis
-        .mechanisms
-        .iter()
-        .enumerate()
-        .map(|(n, m)| (n as f64 + 0.6, n as f64 + 1.4, 100.0 * m.share_of_mismatch))
-        .collect();
-    let mut chart = Chart::new("Share of the squared mismatch", "cause, as numbered below", "share (%)")
-        .bars("cause", bars)
-        .from_zero()
-        .height(220.0);
-    for (n, m) in diagnosis.mechanisms.iter().enumerate() {
-        chart = chart.note(n as f64 + 0.62, 100.0 * m.share_of_mismatch, &m.id);
-    }
-    page.picture(&chart.svg());
+    let left = &diagnosis.unexplained;
+    let mut shares: Vec<(&str, f64, usize)> =
+        diagnosis.mechanisms.iter().map(|m| (m.id.as_str(), m.share_of_mismatch, 0)).collect();
+    shares.extend((left.share_of_mismatch > 0.0).then_some(("without explanation", left.share_of_mismatch, 5)));
+    page.picture(&shares::svg("Share of the squared mismatch", &shares));
     let rows: Vec<Vec<String>> = diagnosis
         .mechanisms
         .iter()
@@ -154,7 +157,6 @@ fn causes(page: &mut Page, diagnosis: &Diagnosis) {
     if !rows.is_empty() {
         page.table(&["cause", "parameter", "value", "95 % from", "95 % to", "unit"], &rows);
     }
-    let left = &diagnosis.unexplained;
     if left.share_of_mismatch > 0.0 {
         page.prose(&format!(
             "Without any explanation: {:.1} % of the squared mismatch, {} N. {}",
@@ -179,11 +181,23 @@ fn pictures(page: &mut Page, diagnosis: &Diagnosis, views: &[AxisView]) {
     let (first, others): (Vec<&AxisView>, Vec<&AxisView>) = views.iter().partition(located);
     for view in first.into_iter().chain(others) {
         let unit = if view.unit.is_empty() { String::new() } else { format!(" ({})", view.unit) };
-        let line = |of: &dyn Fn(&super::Bin) -> f64| view.bins.iter().map(|b| (b.at, of(b))).collect::<Vec<_>>();
-        let mut chart = Chart::new(&format!("over {}", view.axis), &format!("{}{unit}", view.axis), "mismatch (N)")
-            .dashed("as given", line(&|b| b.before_n))
-            .line("with what was found", line(&|b| b.after_n))
-            .height(260.0);
+        let points = |of: &dyn Fn(&super::Bin) -> f64| view.bins.iter().map(|b| (b.at, of(b))).collect::<Vec<_>>();
+        let (before, after) = (points(&|b| b.before_n), points(&|b| b.after_n));
+        // a law that was left to be fitted says nothing as given
+        let is_given = before.iter().any(|(_, y)| y.is_finite());
+        let alone = |line: &[(f64, f64)]| line.iter().map(|(x, y)| (*x, *y, 0.0)).collect();
+        let mut chart = Chart::new(&format!("over {}", view.axis), &format!("{}{unit}", view.axis), "mismatch (N)");
+        chart = match view.axis {
+            // there is nothing between forth and back
+            "direction" if is_given => chart.points("as given", alone(&before)),
+            _ if is_given => chart.dashed("as given", before),
+            _ => chart,
+        };
+        chart = match view.axis {
+            "direction" => chart.points("with what was found", alone(&after)).from_zero(),
+            _ => chart.line("with what was found", after),
+        };
+        chart = chart.height(260.0);
         for region in diagnosis.regions.iter().filter(|r| r.axis == view.axis) {
             chart = chart.region(region.from, region.to, &region.id);
         }

@@ -8,8 +8,8 @@ use std::fmt::Write;
 use super::scale::{Scale, Spacing, label};
 
 const WIDTH: f64 = 1000.0;
-const LEFT: f64 = 92.0;
-const RIGHT: f64 = 960.0;
+pub(super) const LEFT: f64 = 92.0;
+pub(super) const RIGHT: f64 = 960.0;
 const TOP: f64 = 64.0;
 /// What a letter of 12 px takes at most on average; there are no font metrics here.
 const LETTER: f64 = 6.9;
@@ -184,7 +184,7 @@ impl Chart {
         };
         let mut out = String::new();
         frame.grid(&mut out, &self.x.0, &self.y.0);
-        for (from, to, name) in &self.regions {
+        for (n, (from, to, name)) in self.regions.iter().enumerate() {
             let (a, b) = (frame.x(from.max(frame.x.from)), frame.x(to.min(frame.x.to)));
             let (top, height) = (frame.top, frame.height);
             put(
@@ -194,7 +194,7 @@ impl Chart {
                     (b - a).max(2.0)
                 ),
             );
-            text(&mut out, 0.5 * (a + b), top + 15.0, "middle", "soft", name);
+            text(&mut out, 0.5 * (a + b), top + 15.0 * (n + 1) as f64, "middle", "soft", name);
         }
         for (n, (_, mark)) in self.series.iter().enumerate() {
             frame.draw(&mut out, n, mark);
@@ -443,12 +443,12 @@ fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     out
 }
 
-fn put(out: &mut String, element: &str) {
+pub(super) fn put(out: &mut String, element: &str) {
     out.push_str(element);
     out.push('\n');
 }
 
-fn text(out: &mut String, x: f64, y: f64, anchor: &str, class: &str, what: &str) {
+pub(super) fn text(out: &mut String, x: f64, y: f64, anchor: &str, class: &str, what: &str) {
     put(
         out,
         &format!("<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{}</text>", escape(what)),
@@ -459,7 +459,7 @@ fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-fn close(body: &str, height: f64, title: &str) -> String {
+pub(super) fn close(body: &str, height: f64, title: &str) -> String {
     format!(
         "<svg class=\"c\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height:.0}\" role=\"img\" aria-label=\"{}\">\n\
          <style>{STYLE}</style>\n<rect class=\"paper\" width=\"{WIDTH}\" height=\"{height:.0}\"/>\n{body}</svg>\n",

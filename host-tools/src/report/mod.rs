@@ -7,6 +7,7 @@ pub mod json;
 pub mod number;
 pub mod page;
 pub mod scale;
+pub mod shares;
 pub mod svg;
 pub mod table;
 
