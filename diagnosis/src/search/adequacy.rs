@@ -31,6 +31,8 @@ pub(crate) enum Doubt {
     WithLoad,
     /// Only the end of what one of its numbers can be comes near.
     AtTheEnd(&'static str),
+    /// It changes as slowly as something beside it that has no name: one thing whose form is not known.
+    BesideNameless,
 }
 
 /// Unevenness from which a name is doubted. Read off an opened trial (docs/trials/1): most right names stay
@@ -57,6 +59,9 @@ const SILENT: f64 = 1e-3;
 /// Share of its way at which a number is at its end.
 const END: f64 = 0.01;
 
+/// Axes of what is slow.
+const SLOW: [&str; 3] = ["time", "travel", "temperature-difference"];
+
 /// What speaks against each member.
 pub(crate) fn doubts(bench: &Bench<'_>, fit: &Fit, members: &[Member]) -> Vec<Option<Doubt>> {
     let rest = bench.rest(fit);
@@ -70,12 +75,28 @@ pub(crate) fn doubts(bench: &Bench<'_>, fit: &Fit, members: &[Member]) -> Vec<Op
         let alone = with((UNEVEN_ALONE, least.max(LEAST_ALONE)));
         found.iter_mut().zip(alone).for_each(|(found, alone)| *found = found.or(alone));
     }
-    if found.iter().all(Option::is_none) {
-        return found;
+    if found.iter().any(Option::is_some) {
+        // beside a doubtful name the others may be parts of the same thing
+        let beside = with((UNEVEN_BESIDE, least));
+        found.iter_mut().zip(beside).for_each(|(found, beside)| *found = found.or(beside));
     }
-    // beside a doubtful name the others may be parts of the same thing
-    let beside = with((UNEVEN_BESIDE, least));
-    found.into_iter().zip(beside).map(|(found, beside)| found.or(beside)).collect()
+    let is_slow: Vec<bool> = members.iter().map(|member| is_slow(&member.candidate.source)).collect();
+    let is_nameless = |at: usize| found[at].is_some() || members[at].candidate.source.is_story();
+    if (0..members.len()).any(|at| is_slow[at] && is_nameless(at)) {
+        for at in (0..members.len()).filter(|at| is_slow[*at] && !members[*at].candidate.source.is_story()) {
+            found[at] = found[at].or(Some(Doubt::BesideNameless));
+        }
+    }
+    found
+}
+
+/// Whether a cause changes over a whole session: what grows with the time, the travel and the heat of a machine that is used.
+fn is_slow(source: &Source) -> bool {
+    match source {
+        Source::Mechanism { definition, .. } => SLOW.contains(&definition.axis),
+        Source::Story { curve } => SLOW.contains(&curve.axis.name()),
+        Source::Shift { .. } => false,
+    }
 }
 
 fn doubt(bench: &Bench<'_>, fit: &Fit, member: &Member, rest: &[f32], (most, least): (f64, f64)) -> Option<Doubt> {
