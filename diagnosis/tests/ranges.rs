@@ -1,0 +1,53 @@
+//! A number that a simulation leaves out has a range, and no cause wins by driving it out of there.
+#![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use diagnosis::report::Verdict;
+use diagnosis::{Options, diagnose};
+use simulation::Simulation;
+use simulation::file::Law;
+use simulation::run::{Break, Part, Run};
+use simulation::sensor::Noise;
+
+const AXIS: &str = "schema = \"guideblock.simulation/1\"\n[guide]\nlaw = \"coulomb-viscous\"\n";
+
+const RATE_HZ: f64 = 200.0;
+
+/// Strokes without a corner at eight speeds, moved by a friction that vanishes with the speed.
+fn recorded(friction_n: impl Fn(f64) -> f64, mass_kg: f64, noise_n: f64) -> Run {
+    let rows = 24_000;
+    let stroke = 1000;
+    let speed = |n: usize| [0.02, 0.2, 0.005, 0.1, 0.05, 0.15, 0.01, 0.07][n / stroke % 8];
+    let turn = |n: usize| std::f64::consts::TAU * (n % stroke) as f64 / stroke as f64;
+    let velocity: Vec<f64> = (0..rows).map(|n| speed(n) * turn(n).sin()).collect();
+    let acceleration = |n: usize| speed(n) * turn(n).cos() * std::f64::consts::TAU * RATE_HZ / stroke as f64;
+    let mut noise = Noise::new(5, 0);
+    let mut at = 0.3;
+    let position = velocity.iter().map(|v| {
+        at += v / RATE_HZ;
+        at
+    });
+    Run {
+        position_m: Some(position.collect()),
+        time_s: (0..rows).map(|n| n as f64 / RATE_HZ).collect(),
+        drag_force_n: (0..rows)
+            .map(|n| friction_n(velocity[n]) + mass_kg * acceleration(n) + noise_n * noise.gaussian())
+            .collect(),
+        velocity_m_s: Some(velocity),
+        parts: vec![Part { rows: 0..rows, segment: None, starts: Break::Start }],
+        ..Run::default()
+    }
+}
+
+#[test]
+fn a_coulomb_force_is_not_driven_below_nothing() {
+    // no Coulomb force at all, and a viscous one that bends over: a hill at the fast end and less than nothing would follow it
+    let run = recorded(|v: f64| 8.0 * (v.abs() / 0.1).powf(0.7) * v.signum(), 20.0, 0.05);
+    let outcome = diagnose(&[run], &[], &Simulation::from_toml(AXIS).expect("a sound file"), &Options::default());
+    let held = &outcome.diagnosis.holdout;
+    assert_ne!(outcome.diagnosis.verdict, Verdict::Match, "{:#?}", outcome.diagnosis.mechanisms);
+    assert!(held.rmse_after_n < 0.3 * held.rmse_calibrated_n, "{held:?} {:#?}", outcome.diagnosis.mechanisms);
+    let Some(Law::CoulombViscous { coulomb_n: Some(coulomb_n), .. }) = outcome.augmented.map(|file| file.law) else {
+        panic!("a law with all of its numbers");
+    };
+    assert!((0.0..1.0).contains(&coulomb_n), "{coulomb_n} N");
+}
