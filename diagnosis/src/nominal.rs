@@ -35,12 +35,23 @@ enum Which {
     FreeMass,
     /// Windows of how often the reach of the acceleration.
     FastAcceleration(usize),
+    /// What a column of simulated force does not tell of its program's answer to the preload.
+    WithLoad(WithLoad),
+}
+
+/// A force of a column times the logarithm of the preload.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum WithLoad {
+    /// Its friction: an angle of contact that opens with the preload.
+    Friction,
+    /// Its slope over viscosity: a slip that grows with the contacts.
+    Slope,
 }
 
 impl Parameter {
     /// Whether it is a number of the law, which may be off, and not one of how well the recording knows its motion.
     fn is_of_law(&self) -> bool {
-        !matches!(self.which, Which::FastAcceleration(_))
+        !matches!(self.which, Which::FastAcceleration(_) | Which::WithLoad(_))
     }
 
     /// Whether it may be found to be off.
@@ -80,6 +91,14 @@ const HEAVIEST_KG: f64 = 1e5;
 
 /// Standard deviation of the part of the fast acceleration that does not count, of all of it: there is no telling.
 const FAST: f64 = 1.0;
+
+/// Standard deviations of what a column's friction and slope change by with the preload, a unit of its logarithm: an angle
+/// of contact adds up to 0.04 to the exponent of a preload that is off by a twentieth, and the Hersey number goes with the
+/// third root of the load one way or the other.
+const WITH_LOAD: [(WithLoad, f64); 2] = [(WithLoad::Friction, 0.002), (WithLoad::Slope, 0.01)];
+
+/// Preload at which those are 0, N.
+const REFERENCE_N: f64 = 2000.0;
 
 /// Windows of the fast acceleration, reaches of differentiation: noise and rounded corners differ in shape.
 const WINDOWS: [usize; 3] = [1, 2, 4];
@@ -139,6 +158,10 @@ impl Nominal {
                 add(Which::Friction, "friction", "", Some(tolerance.friction));
                 add(Which::Preload, "preload", "", Some(tolerance.preload));
                 add(Which::Viscosity, "viscosity", "", Some(tolerance.viscosity));
+                // a preload that is exact needs no answer
+                for (what, sigma) in WITH_LOAD.into_iter().filter(|_| tolerance.preload > 0.0) {
+                    add(Which::WithLoad(what), "answer to the preload", "", Some(sigma));
+                }
             }
         }
         if nominal.accelerates_mass() {
@@ -154,7 +177,8 @@ impl Nominal {
 
     /// The same with every number of its own, and the acceleration as it is.
     pub(crate) fn of_law(&self) -> Self {
-        let parameters = self.parameters.iter().filter(|parameter| parameter.is_of_law()).copied().collect();
+        let is_of_motion = |parameter: &&Parameter| matches!(parameter.which, Which::FastAcceleration(_));
+        let parameters = self.parameters.iter().filter(|parameter| !is_of_motion(parameter)).copied().collect();
         Nominal { simulation: self.simulation.clone(), parameters }
     }
 
@@ -224,7 +248,11 @@ impl Nominal {
             if *value == 0.0 {
                 continue;
             }
-            if let Some(column) = self.free_column(parameter.which, &steady.direction, run, motion) {
+            let free = match parameter.which {
+                Which::WithLoad(what) => Some(self.with_load(what, values, run, motion)?),
+                which => self.free_column(which, &steady.direction, run, motion),
+            };
+            if let Some(column) = free {
                 for (force, x) in force.iter_mut().zip(column) {
                     *force += value * x;
                 }
@@ -251,6 +279,10 @@ impl Nominal {
                 columns.push(column);
                 continue;
             }
+            if let Which::WithLoad(what) = parameter.which {
+                columns.push(self.with_load(what, values, run, motion)?);
+                continue;
+            }
             let mut moved = values.to_vec();
             moved[index] += STEP;
             if parameter.which == Which::Mass && run.acceleration_m_s2.is_some() {
@@ -263,6 +295,25 @@ impl Nominal {
             columns.push(other.iter().zip(force).map(|(other, force)| (other - force) / STEP).collect());
         }
         Ok(columns)
+    }
+
+    /// Force per unit of what a column does not tell of the preload; nothing where no preload was recorded.
+    fn with_load(&self, what: WithLoad, values: &[f64], run: &Run, motion: &Motion) -> Result<Vec<f64>, Missing> {
+        let factors = self.factors(values);
+        let steady = self.simulation.steady(&factors, run, motion)?;
+        let force: Vec<f64> = match what {
+            WithLoad::Friction => steady.drag_n.iter().zip(&steady.direction).map(|(drag, sign)| drag * sign).collect(),
+            WithLoad::Slope => {
+                let thicker = Factors { viscosity: factors.viscosity * (1.0 + STEP), ..factors };
+                let moved = self.simulation.steady(&thicker, run, motion)?.force_n;
+                moved.iter().zip(&steady.force_n).map(|(moved, force)| (moved - force) / STEP).collect()
+            }
+        };
+        let ln_load = |n: usize| {
+            let load = run.preload_n.as_ref().map_or(REFERENCE_N, |preload| preload[n]) / REFERENCE_N;
+            if load.is_finite() && load > 0.0 { libm::log(load) } else { 0.0 }
+        };
+        Ok(force.iter().enumerate().map(|(n, force)| force * ln_load(n)).collect())
     }
 
     /// Force per unit of a number that is no factor of the law.

@@ -69,9 +69,11 @@ pub enum Law {
         /// Force without motion, N; exact where it is given.
         offset_n: Option<f64>,
     },
-    /// The run's own column `simulated_force_n`, made by another program. Both numbers are factors of what that program is
+    /// The run's own column `simulated_force_n`, made by another program. The numbers are factors of what that program is
     /// taken to have assumed, 0.05 to 20: 1 leaves its force as it is.
     Column {
+        /// Of the friction; an inertia that the column holds stays as it is.
+        friction: f64,
         /// Of the preload; without a column `preload_n` it changes nothing.
         preload: f64,
         /// Of the viscosity.
@@ -81,7 +83,7 @@ pub enum Law {
 
 impl Law {
     /// A column as it is.
-    pub const COLUMN: Self = Law::Column { preload: 1.0, viscosity: 1.0 };
+    pub const COLUMN: Self = Law::Column { friction: 1.0, preload: 1.0, viscosity: 1.0 };
 }
 
 /// The axis that carries the block.
@@ -115,7 +117,7 @@ pub enum PositionReference {
 pub struct Tolerance {
     /// One gain on the preload.
     pub preload: f64,
-    /// One factor on all friction terms, or on the column `simulated_force_n`.
+    /// One factor on all friction terms, or on the friction in the column `simulated_force_n`.
     pub friction: f64,
     /// One factor on the viscosity.
     pub viscosity: f64,

@@ -106,7 +106,7 @@ mod tests {
     }
 
     fn joined(runs: &[Run]) -> Option<Vec<Run>> {
-        super::joined(&Simulation::of(Law::Column { preload: 1.0, viscosity: 1.0 }), runs)
+        super::joined(&Simulation::of(Law::COLUMN), runs)
     }
 
     #[test]

@@ -2,8 +2,8 @@
 //!
 //! Every factor goes to the number of the file that it multiplies: friction to the friction constants, viscosity to
 //! `hersey_scale` (the two enter the law as a product alone), preload to `[operation]` and, where the recording measures
-//! it, to the scale that its column is read with. Of a column of simulated force it is the friction that scales how the
-//! column is read, the other two go to `[simulated_force]`.
+//! it, to the scale that its column is read with. Of a column of simulated force all three go to
+//! `[simulated_force]`: an inertia that the column holds is none of them.
 
 use simulation::Simulation;
 use simulation::curve::{AddedCurve, Axis};
@@ -47,10 +47,10 @@ pub(crate) fn calibrated(simulation: &Simulation, factors: &Factors) -> Result<S
                 *viscous *= factors.friction * factors.mu_viscous;
             }
         }
-        Law::Column { preload, viscosity } => {
+        Law::Column { friction, preload, viscosity } => {
+            *friction *= factors.friction;
             *preload *= factors.preload;
             *viscosity *= factors.viscosity;
-            scale_column(&mut calibrated.columns, "simulated_force_n", factors.friction);
         }
     }
     if let Some(mass) = &mut calibrated.axis.moved_mass_kg {

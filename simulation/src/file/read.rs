@@ -110,15 +110,16 @@ fn section<'a>(file: &'a DeTable<'a>, name: &'a str) -> Result<(Vec<Item<'a>>, O
 }
 
 fn simulated_force(column: &[Item<'_>]) -> Result<Law, Mistake> {
-    let (mut preload, mut viscosity) = (1.0, 1.0);
+    let (mut friction, mut preload, mut viscosity) = (1.0, 1.0, 1.0);
     for item in column {
         match item.key {
+            "friction" => friction = item.number(&ASSUMED)?,
             "preload" => preload = item.number(&ASSUMED)?,
             "viscosity" => viscosity = item.number(&ASSUMED)?,
-            _ => return Err(item.unknown(&["preload", "viscosity"])),
+            _ => return Err(item.unknown(&["friction", "preload", "viscosity"])),
         }
     }
-    Ok(Law::Column { preload, viscosity })
+    Ok(Law::Column { friction, preload, viscosity })
 }
 
 fn coulomb_viscous(guide: &[Item<'_>]) -> Result<Law, Mistake> {

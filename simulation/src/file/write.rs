@@ -21,9 +21,10 @@ pub(super) fn simulation(simulation: &Simulation) -> String {
                 }
             }
         }
-        Law::Column { preload, viscosity } => {
-            if (*preload, *viscosity) != (1.0, 1.0) {
-                line(&mut text, format_args!("\n[{COLUMN}]\npreload = {preload:?}\nviscosity = {viscosity:?}"));
+        Law::Column { friction, preload, viscosity } => {
+            if simulation.law != Law::COLUMN {
+                line(&mut text, format_args!("\n[{COLUMN}]\nfriction = {friction:?}"));
+                line(&mut text, format_args!("preload = {preload:?}\nviscosity = {viscosity:?}"));
             }
         }
     }

@@ -9,6 +9,9 @@
 //! dF/d ln Q = F - (1/3) dF/d ln V
 //! ```
 //!
+//! That is the Hersey number with the speed of the carriage; with that of the slip in the contacts, which grow with the load, the
+//! third has the other sign, and a program with the one looks like one with the other and another viscosity.
+//!
 //! The curve over speed is that of the column itself, taken within one part of the profile, where the preload stays. What
 //! in a cell of speed goes with the acceleration is the inertia that the program has; neither gain moves it.
 

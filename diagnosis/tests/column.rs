@@ -1,0 +1,77 @@
+//! A simulation that is known by its column of force alone.
+#![allow(clippy::expect_used, reason = "a test fails by panicking")]
+
+use diagnosis::report::Verdict;
+use diagnosis::{Options, diagnose};
+use simulation::Simulation;
+use simulation::file::Law;
+use simulation::law::Factors;
+use simulation::motion::Motion;
+use simulation::run::{Break, Part, Run};
+use simulation::sensor::Noise;
+
+/// The program behind the column: contacts that slip faster as they grow, at an angle that opens with the load.
+const PROGRAM: &str = "schema = \"guideblock.simulation/1\"\n[guide]\nparameters = \"zhou-2023\"\nhersey = \"slip\"\n\
+                       contact_angle_mode = \"exact\"\n[axis]\nmoved_mass_kg = 40.0\n";
+
+const COLUMN: &str = "schema = \"guideblock.simulation/1\"\n";
+
+const RATE_HZ: f64 = 200.0;
+
+/// Strokes at one preload, recorded by a machine whose program assumed other numbers by `factors`, with noise of 1 %.
+fn recorded(program: &Simulation, factors: &Factors, preload_n: f64, seed: u64) -> Run {
+    let (rows, stroke) = (8000, 800);
+    let speed = |n: usize| [0.003, 0.3, 0.01, 0.1, 0.6, 0.03][n / stroke % 6];
+    let mut at = 0.5;
+    let position_m = (0..rows)
+        .map(|n| {
+            let turn = std::f64::consts::TAU * (n % stroke) as f64 / stroke as f64;
+            at += speed(n) * turn.sin() / RATE_HZ;
+            at
+        })
+        .collect();
+    let run = Run {
+        time_s: (0..rows).map(|n| n as f64 / RATE_HZ).collect(),
+        drag_force_n: vec![0.0; rows],
+        position_m: Some(position_m),
+        preload_n: Some(vec![preload_n; rows]),
+        temperature_block_degc: Some(vec![40.0; rows]),
+        parts: vec![Part { rows: 0..rows, segment: None, starts: Break::Start }],
+        ..Run::default()
+    };
+    let motion = Motion::of(&run);
+    let of = |factors: &Factors| {
+        let force = program.steady(factors, &run, &motion).expect("a complete run").force_n;
+        force.into_iter().map(|force| if force.is_finite() { force } else { 0.0 }).collect::<Vec<f64>>()
+    };
+    let (told, mut drag_force_n) = (of(&Factors::default()), of(factors));
+    let size_n = (drag_force_n.iter().map(|force| force * force).sum::<f64>() / rows as f64).sqrt();
+    let mut noise = Noise::new(seed, 0);
+    drag_force_n.iter_mut().for_each(|force| *force += 0.01 * size_n * noise.gaussian());
+    Run { drag_force_n, simulated_force_n: Some(told), ..run }
+}
+
+#[test]
+fn a_program_that_was_off_within_its_tolerance_lacks_nothing() {
+    let program = Simulation::from_toml(PROGRAM).expect("a sound file");
+    let factors = Factors { preload: 1.09, friction: 1.04, viscosity: 0.96, ..Factors::default() };
+    let recorded = |(preload_n, seed): (f64, u64)| recorded(&program, &factors, preload_n, seed);
+    let runs = [(500.0, 3), (1500.0, 4), (4500.0, 5), (9000.0, 6)].map(recorded);
+    let outcome = diagnose(&runs, &[], &Simulation::from_toml(COLUMN).expect("a sound file"), &Options::default());
+    let found = &outcome.diagnosis;
+    assert_eq!(found.verdict, Verdict::Match, "{:#?} {:?}", found.mechanisms, found.holdout);
+    // the inertia that the column holds is exact, and stays so in the exported file
+    let file = outcome.augmented.expect("it was read");
+    assert!(file.columns.is_empty() && matches!(file.law, Law::Column { friction, .. } if friction != 1.0), "{file:?}");
+    for run in &runs {
+        let motion = Motion::of(run);
+        let force = file.force(run, &motion).expect("a complete run");
+        let compared = |n: &usize| force[*n].is_finite() && motion.velocity_m_s[*n].abs() > 0.01;
+        let rms = |of: &dyn Fn(usize) -> f64| {
+            let squares: Vec<f64> = (0..run.len()).filter(compared).map(|n| of(n).powi(2)).collect();
+            (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+        };
+        let error = rms(&|n| run.drag_force_n[n] - force[n]) / rms(&|n| run.drag_force_n[n]);
+        assert!(error < 0.015, "{error}");
+    }
+}
