@@ -38,16 +38,19 @@ fn recorded(friction_n: impl Fn(f64) -> f64, mass_kg: f64, noise_n: f64) -> Run 
     }
 }
 
+/// Friction that rises from next to nothing along a bell: a hill that falls with the speed follows it only on top of a Coulomb
+/// force of -20 N.
 #[test]
 fn a_coulomb_force_is_not_driven_below_nothing() {
-    // no Coulomb force at all, and a viscous one that bends over: a hill at the fast end and less than nothing would follow it
-    let run = recorded(|v: f64| 8.0 * (v.abs() / 0.1).powf(0.7) * v.signum(), 20.0, 0.05);
+    let friction_n = |v: f64| v.signum() * (1.0 + 20.0 * (1.0 - (-(v / 0.12).powi(2)).exp()));
+    let run = recorded(friction_n, 20.0, 0.05);
     let outcome = diagnose(&[run], &[], &Simulation::from_toml(AXIS).expect("a sound file"), &Options::default());
-    let held = &outcome.diagnosis.holdout;
-    assert_ne!(outcome.diagnosis.verdict, Verdict::Match, "{:#?}", outcome.diagnosis.mechanisms);
-    assert!(held.rmse_after_n < 0.3 * held.rmse_calibrated_n, "{held:?} {:#?}", outcome.diagnosis.mechanisms);
+    let found = &outcome.diagnosis;
+    assert_ne!(found.verdict, Verdict::Match);
+    assert!(found.mechanisms.iter().all(|named| named.id != "stribeck"), "{:#?}", found.mechanisms);
+    assert!(found.holdout.rmse_after_n < found.holdout.rmse_calibrated_n, "{:?}", found.holdout);
     let Some(Law::CoulombViscous { coulomb_n: Some(coulomb_n), .. }) = outcome.augmented.map(|file| file.law) else {
         panic!("a law with all of its numbers");
     };
-    assert!((0.0..1.0).contains(&coulomb_n), "{coulomb_n} N");
+    assert!(coulomb_n >= 0.0, "{coulomb_n} N");
 }
