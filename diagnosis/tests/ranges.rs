@@ -12,14 +12,16 @@ const AXIS: &str = "schema = \"guideblock.simulation/1\"\n[guide]\nlaw = \"coulo
 
 const RATE_HZ: f64 = 200.0;
 
-/// Strokes without a corner at eight speeds, moved by a friction that vanishes with the speed.
+/// Strokes without a corner at seven speeds, none as long as another, moved by a friction and a mass.
 fn recorded(friction_n: impl Fn(f64) -> f64, mass_kg: f64, noise_n: f64) -> Run {
-    let rows = 24_000;
-    let stroke = 1000;
-    let speed = |n: usize| [0.02, 0.2, 0.005, 0.1, 0.05, 0.15, 0.01, 0.07][n / stroke % 8];
-    let turn = |n: usize| std::f64::consts::TAU * (n % stroke) as f64 / stroke as f64;
-    let velocity: Vec<f64> = (0..rows).map(|n| speed(n) * turn(n).sin()).collect();
-    let acceleration = |n: usize| speed(n) * turn(n).cos() * std::f64::consts::TAU * RATE_HZ / stroke as f64;
+    let strokes = (0..24).map(|k| (600 + (k * 377) % 800, [0.02, 0.2, 0.005, 0.1, 0.05, 0.15, 0.01][k % 7]));
+    let (mut velocity, mut acceleration): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
+    for (rows, speed) in strokes {
+        let turn = std::f64::consts::TAU / rows as f64;
+        velocity.extend((0..rows).map(|n| speed * (turn * n as f64).sin()));
+        acceleration.extend((0..rows).map(|n| speed * turn * RATE_HZ * (turn * n as f64).cos()));
+    }
+    let rows = velocity.len();
     let mut noise = Noise::new(5, 0);
     let mut at = 0.3;
     let position = velocity.iter().map(|v| {
@@ -30,7 +32,7 @@ fn recorded(friction_n: impl Fn(f64) -> f64, mass_kg: f64, noise_n: f64) -> Run 
         position_m: Some(position.collect()),
         time_s: (0..rows).map(|n| n as f64 / RATE_HZ).collect(),
         drag_force_n: (0..rows)
-            .map(|n| friction_n(velocity[n]) + mass_kg * acceleration(n) + noise_n * noise.gaussian())
+            .map(|n| friction_n(velocity[n]) + mass_kg * acceleration[n] + noise_n * noise.gaussian())
             .collect(),
         velocity_m_s: Some(velocity),
         parts: vec![Part { rows: 0..rows, segment: None, starts: Break::Start }],

@@ -130,19 +130,19 @@ impl<'s> Causes<'s> {
                     calibrated = there;
                 }
             }
-            if members.is_empty() || is_worse(case, &bench, &members, &fit, (&calibrated, start))? {
-                // nothing leads the law anywhere, or causes and law lead one another astray: it stays where it was
-                bench = case.around(&bench.rows, start)?;
-                members = again(&mut bench, members);
-                fit = bench.fit_members(&members).standing(&bench.fit_beside_law(&members));
-                // what would pull the wrong way there is not there
-                let acts: Vec<bool> =
-                    members.iter().map(|m| m.base.iter().any(|column| fit.value_of(*column) != 0.0)).collect();
-                keep(&mut members, &acts);
-                keep(&mut doubts, &acts);
-                keep(&mut sets, &acts);
-                calibrated = start.to_vec();
-            }
+        }
+        if members.is_empty() || is_worse(case, &bench, &members, &fit, (&calibrated, start))? {
+            // nothing leads the law anywhere, or causes and law lead one another astray: it stays where it was
+            bench = case.around(&bench.rows, start)?;
+            members = again(&mut bench, members);
+            fit = bench.fit_members(&members).standing(&bench.fit_beside_law(&members));
+            // what would pull the wrong way there is not there
+            let acts: Vec<bool> =
+                members.iter().map(|m| m.base.iter().any(|column| fit.value_of(*column) != 0.0)).collect();
+            keep(&mut members, &acts);
+            keep(&mut doubts, &acts);
+            keep(&mut sets, &acts);
+            calibrated = start.to_vec();
         }
         let with_shifts = shifted(nominal, &calibrated, &members, &amplitudes(&members, &fit));
         let tested = [Some(self.p_no_mismatch), Some(p_of_surest(&bench, pool, &members)), p_of_landing];
