@@ -4,7 +4,8 @@
 use simulation::curve::Curve;
 use simulation::mechanism::{Definition, Form, Id, Kind, Search, ShapeParameter, library};
 
-use crate::fit::bench::{Bench, Candidate, Fit, Gain};
+use crate::fit::bench::{Bench, Candidate, Gain};
+use crate::fit::least_squares::Fit;
 use crate::fit::refine::refine;
 use crate::fit::source::Source;
 use crate::fit::spectrum::{Left, Waves, is_wave, span, tried};

@@ -2,7 +2,8 @@
 
 use simulation::mechanism::{Search, ShapeParameter};
 
-use crate::fit::bench::{Bench, Candidate, Fit, Gain};
+use crate::fit::bench::{Bench, Candidate, Gain};
+use crate::fit::least_squares::Fit;
 use crate::fit::source::Source;
 use crate::fit::spectrum::span;
 

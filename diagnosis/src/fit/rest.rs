@@ -1,6 +1,7 @@
 //! Power of what fits leave, and of what causes add.
 
-use crate::fit::bench::{Bench, Fit};
+use crate::fit::bench::Bench;
+use crate::fit::least_squares::Fit;
 use crate::noise::rows::Rows;
 use crate::numbers::linear::{Cholesky, Symmetric, dot};
 

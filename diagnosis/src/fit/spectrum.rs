@@ -17,7 +17,8 @@ use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 use simulation::mechanism::{Definition, Form, Search};
 
-use crate::fit::bench::{Bench, Fit};
+use crate::fit::bench::Bench;
+use crate::fit::least_squares::Fit;
 use crate::fit::source::Source;
 use crate::numbers::peaks::peaks;
 

@@ -20,7 +20,8 @@ use simulation::curve::Carrier;
 use simulation::mechanism::Context;
 use simulation::run::{Part, Run};
 
-use crate::fit::bench::{Bench, Candidate, Fit};
+use crate::fit::bench::{Bench, Candidate};
+use crate::fit::least_squares::Fit;
 use crate::fit::source::Source;
 use crate::fit::story;
 use crate::numbers::peaks::peaks;

@@ -3,7 +3,8 @@
 use simulation::mechanism::Id;
 
 use crate::calibration::{moved, shifted, way};
-use crate::fit::bench::{Bench, Beside, Fit, Member, causes, without};
+use crate::fit::bench::{Bench, Beside, Member, causes, without};
+use crate::fit::least_squares::Fit;
 use crate::fit::pool::{Pool, Tolerances};
 use crate::fit::source::Source;
 use crate::noise::locks::least_of;

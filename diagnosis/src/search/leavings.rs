@@ -18,7 +18,8 @@
 
 use simulation::curve::Axis;
 
-use crate::fit::bench::{Bench, Fit, Member};
+use crate::fit::bench::{Bench, Member};
+use crate::fit::least_squares::Fit;
 use crate::fit::rest::power;
 
 /// Standard deviation of what a form is wrong by, of its force, along each polynomial: two of it are the seventh behind

@@ -10,7 +10,8 @@
 
 use simulation::mechanism::Id;
 
-use crate::fit::bench::{Bench, Fit, Member};
+use crate::fit::bench::{Bench, Member};
+use crate::fit::least_squares::Fit;
 use crate::fit::source::Source;
 use crate::numbers::linear::{products, remove};
 

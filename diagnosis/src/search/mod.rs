@@ -32,7 +32,8 @@ pub(crate) mod refit;
 
 use simulation::mechanism::{Id, Kind, definition};
 
-use crate::fit::bench::{Bench, Beside, Candidate, Fit, Gain, Member, without};
+use crate::fit::bench::{Bench, Beside, Candidate, Gain, Member, without};
+use crate::fit::least_squares::Fit;
 use crate::fit::pool::{Pool, Tolerances, ranked};
 use crate::fit::refine::refine;
 use crate::fit::rest::power;
