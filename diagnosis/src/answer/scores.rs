@@ -19,6 +19,7 @@ use crate::recording::moving::Moving;
 use crate::recording::side::Side;
 use crate::report::{Carried, DataQuality, Holdout};
 use crate::search::found::Found;
+use crate::search::open_set::is_clock;
 
 /// Scores, and residuals of the recordings that taught.
 pub(crate) struct Proof {
@@ -121,6 +122,7 @@ impl Scene<'_> {
     /// Whether a member is bound to places, or to a time, that another recording does not share.
     fn is_elsewhere(&self, at: usize, crosses: bool) -> bool {
         let source = &self.found.members[at].candidate.source;
+        // of a clock another recording does not tell the time
         crosses && (is_clock(source) || is_of_its_time(source) || (self.is_relative && source.is_phase_bound()))
     }
 
@@ -195,11 +197,6 @@ fn carriers(context: &Context<'_>) -> impl Iterator<Item = [f64; 4]> {
         let force = if force.is_finite() { *force } else { 0.0 };
         [1.0, *direction, force, direction * force]
     })
-}
-
-/// Whether a cause follows a clock of which another recording does not tell the time.
-fn is_clock(source: &Source) -> bool {
-    matches!(source, Source::Story { curve } if curve.axis == Axis::Clock)
 }
 
 /// Whether a curve follows the time that a recording took or the way that it went: another has its own.

@@ -89,7 +89,7 @@ struct Waves {
     ln_sizes: Vec<f64>,
 }
 
-/// Squared rise of the likelihood's logarithm, twice, that a rest promises.
+/// By how much waves would lower the squared rest of a fit, whitened: twice what they promise in nats.
 struct Heard {
     /// By waves in every bin of the transform.
     gains: Vec<f64>,
@@ -105,7 +105,7 @@ impl Heard {
     }
 }
 
-/// What a wave of an order of a frequency promises.
+/// The same of one order of a frequency that is looked at.
 fn of_order(gains: &[f64], j: usize, order: usize) -> f64 {
     gains.get((order * j + ORDERS / 2) / ORDERS).copied().unwrap_or(0.0)
 }
