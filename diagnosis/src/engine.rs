@@ -190,14 +190,14 @@ fn attempt(
     if spots.is_none() && !found.members.is_empty() {
         // what was found may have hidden them
         let left = std::mem::take(&mut found.left);
-        rows.learn(&left);
+        rows.learn(&left, saturation.kept());
         spots = events::spots(&side, &rows, &training, &left);
         match &spots {
             None => found.left = left,
             Some(spots) => {
                 spots.set_aside(&mut training);
                 rows = Rows::new(runs, &training, coarsest);
-                rows.learn(&left);
+                rows.learn(&left, saturation.kept());
                 let case = Case { given, side: &side, training: &training, saturation: &saturation, seen_from_m };
                 found = searched(&case, &rows, &law_only)?;
             }

@@ -332,6 +332,11 @@ impl Nominal {
     }
 }
 
+/// What is fast in the acceleration of a run, m/s², over each of some windows; see [`fast`].
+pub(crate) fn fast_accelerations(run: &Run, motion: &Motion) -> [Vec<f64>; WINDOWS.len()] {
+    WINDOWS.map(|reaches| fast(run, motion, reaches * motion.acceleration_reach))
+}
+
 /// What changes within twice the window of differentiation, of a derived acceleration: there it is noise, or the rounded
 /// corner of a ramp, and the force knows better. 0 where the acceleration was measured.
 fn fast(run: &Run, motion: &Motion, reach: usize) -> Vec<f64> {

@@ -26,7 +26,7 @@ impl Scored {
     pub(crate) fn new(rows: &Rows, left: &[f64], law: &[Vec<f64>], forces: &[Vec<f64>]) -> Self {
         let mut rows = rows.clone();
         // noise has its own colour, not that of what is there
-        rows.learn(&without(&rows, left, law.iter().chain(forces)));
+        rows.learn(&without(&rows, left, law.iter().chain(forces)), &[]);
         let law = rows.white_all(&law.iter().map(Vec::as_slice).collect::<Vec<_>>());
         Scored { left: rows.white(left), law, rows }
     }

@@ -31,6 +31,10 @@ const FEWEST: usize = 12;
 const OUTSTANDING: f64 = 6.0;
 const OUTSTANDING_OF_NOISE: f64 = 5.0;
 
+/// Distance from the middle of its part, over the scale of rows, beyond which a row counts as if it were there: one row that
+/// noise with tails throws far is no braking that lasts.
+const FARTHEST: f64 = 4.0;
+
 /// Fewest bursts that brake, and how many more for one that pushes.
 const FEWEST_BURSTS: usize = 3;
 const FOR_ONE_THAT_PUSHES: usize = 2;
@@ -87,8 +91,11 @@ fn of_length(parts: &[(f64, Vec<f64>)], averaged_s: f64, rows: usize) -> Option<
 
 /// Averages of one part.
 struct Averages {
-    /// From the median of those around, N; `None` where half of one or more is not compared.
+    /// From the median of those around, N, of rows no farther than [`FARTHEST`]; `None` where half of one or more is not
+    /// compared.
     from_others: Vec<Option<f64>>,
+    /// The same of rows as they are.
+    in_full: Vec<Option<f64>>,
     /// Rows from one to the next.
     step: usize,
     /// Distance from which one stands out, N.
@@ -106,21 +113,32 @@ impl Averages {
                 rows.iter().filter(|x| x.is_finite()).fold((0.0, 0), |(sum, told), x| (sum + x, told + 1));
             (2 * told > width).then(|| sum / told as f64)
         };
-        let step = (width / OVERLAP).max(1);
-        let averages: Vec<Option<f64>> = part.windows(width).step_by(step).map(average).collect();
-        let reach = AROUND * width / step;
-        let from_others = |at: usize| {
-            let around = &averages[at.saturating_sub(reach)..(at + reach + 1).min(averages.len())];
-            Some(averages[at]? - median(around.iter().flatten().copied().collect())?)
-        };
-        let from_others: Vec<Option<f64>> = (0..averages.len()).map(from_others).collect();
-        let told: Vec<f64> = from_others.iter().flatten().copied().collect();
         let middle = median(part.iter().copied().filter(|x| x.is_finite()).collect())?;
         let rows: Vec<f64> = part.iter().filter(|x| x.is_finite()).map(|x| x - middle).collect();
+        let scale_of_rows = robust_sigma(&rows);
+        let farthest = FARTHEST * scale_of_rows;
+        let clipped: Vec<f64> = part.iter().map(|x| x.clamp(middle - farthest, middle + farthest)).collect();
+        let step = (width / OVERLAP).max(1);
+        let reach = AROUND * width / step;
+        let from_others = |rows: &[f64]| -> Vec<Option<f64>> {
+            let averages: Vec<Option<f64>> = rows.windows(width).step_by(step).map(average).collect();
+            let from_others = |at: usize| {
+                let around = &averages[at.saturating_sub(reach)..(at + reach + 1).min(averages.len())];
+                Some(averages[at]? - median(around.iter().flatten().copied().collect())?)
+            };
+            (0..averages.len()).map(from_others).collect()
+        };
+        let (in_full, from_others) = (from_others(part), from_others(&clipped));
+        let told: Vec<f64> = from_others.iter().flatten().copied().collect();
         // what is smaller than the noise of a row a bump of the rail or the remains of the law may be as well
         let scale = robust_sigma(&told);
-        let outstanding_n = (OUTSTANDING * scale).max(robust_sigma(&rows));
-        (told.len() * step >= FEWEST * width && scale > 0.0).then_some(Averages { from_others, step, outstanding_n })
+        let outstanding_n = (OUTSTANDING * scale).max(scale_of_rows);
+        (told.len() * step >= FEWEST * width && scale > 0.0).then_some(Averages {
+            from_others,
+            in_full,
+            step,
+            outstanding_n,
+        })
     }
 
     /// How many stand out to this side, +1 for what brakes, and their squared force summed over rows, N². What begins within
@@ -128,7 +146,7 @@ impl Averages {
     fn bursts(&self, side: f64) -> (usize, f64) {
         let stands_out = |(at, x): (usize, &Option<f64>)| x.filter(|x| side * x > self.outstanding_n).map(|x| (at, x));
         let standing: Vec<(usize, f64)> = self.from_others.iter().enumerate().filter_map(stands_out).collect();
-        let squares = standing.iter().map(|(_, x)| x * x * self.step as f64).sum();
+        let squares = standing.iter().filter_map(|(at, _)| self.in_full[*at]).map(|x| x * x * self.step as f64).sum();
         (standing.chunk_by(|a, b| b.0 - a.0 <= OVERLAP).count(), squares)
     }
 }
@@ -162,6 +180,10 @@ mod tests {
         let jammed: Vec<f64> = red.iter().enumerate().map(|(n, x)| x + jams(n)).collect();
         let found = of_length(&parts(&jammed), 0.4, 20_000).expect("they stand out");
         assert!(found.p < 1e-12 && (0.3..0.9).contains(&found.power_n2), "{found:?}");
+        // rows that noise with tails throws far, to the side that brakes
+        let thrown: Vec<f64> =
+            red.iter().enumerate().map(|(n, x)| x + if n % 1900 == 1000 { 60.0 } else { 0.0 }).collect();
+        assert_eq!(AVERAGED_S.map(|s| of_length(&parts(&thrown), s, 20_000)), [None; 4]);
         let shaken: Vec<f64> = red.iter().enumerate().map(|(n, x)| x + jams(n) - jams(n + 1450)).collect();
         assert_eq!(of_length(&parts(&shaken), 0.4, 20_000), None, "what pushes as often as it brakes");
     }

@@ -70,7 +70,7 @@ pub(crate) fn unmask(
     let definition = definition(Id::StructuralResonance);
     let form = &definition.forms[0];
     let mut short = rows.clone();
-    short.learn_up_to(left, SHORT);
+    short.learn_up_to(left, saturation.kept(), SHORT);
     let listened = Listened::of(side, training, left, &short);
     let pointed: Vec<Vec<f64>> =
         listened.peaks_hz.iter().flat_map(|hz| DAMPINGS.iter().map(move |damping| vec![*hz, *damping])).collect();
@@ -92,7 +92,8 @@ pub(crate) fn unmask(
     let rings = struck.iter().chain(&everywhere).max_by(|a, b| a.1.nats.total_cmp(&b.1.nats));
     if let Some((candidate, _)) = rings.filter(|(_, gain)| gain.nats > RINGS) {
         let extra = raw_columns(&candidate.source, &side.contexts).unwrap_or_default();
-        rows.learn(&saturation.rest(rows, &side.contexts, &mismatch, &tangent, &extra));
+        let rest = saturation.rest(rows, &side.contexts, &mismatch, &tangent, &extra);
+        rows.learn(&rest, saturation.kept());
     }
     let heard = listened.heard(struck.as_ref());
     Ok(Ringing { pointed, heard })
@@ -115,7 +116,7 @@ impl Listened {
         let finest = (short.decimation() > 1).then(|| Rows::new(side.runs, training, 1));
         let mut finer = finest.filter(|finest| finest.decimation() < short.decimation());
         if let Some(finer) = &mut finer {
-            finer.learn_up_to(left, SHORT);
+            finer.learn_up_to(left, &[], SHORT);
         }
         let rows = finer.as_ref().unwrap_or(short);
         let [from_hz, to_hz] = range(0);

@@ -56,7 +56,7 @@ pub(crate) fn calibrate<'a>(
         let tangent = side.tangent(nominal, &values)?;
         if step < LEARNT {
             left = saturation.rest(rows, &side.contexts, &mismatch, &tangent, &[]);
-            rows.learn(&left);
+            rows.learn(&left, saturation.kept());
         }
         let flat = rows.flat(&mismatch);
         let bench = Bench::new(flat, &[], training.to_vec(), &mismatch, tangent, prior(nominal, &values));

@@ -6,6 +6,7 @@
 
 use simulation::curve::{Axis, Curve};
 use simulation::mechanism::Context;
+use simulation::sensor::Noise;
 
 use crate::fit::story;
 use crate::noise::rows::Rows;
@@ -22,12 +23,16 @@ const RIDGE: f64 = 1e-6;
 /// Part of what the other curves leave, in square, that the one over the time since a turn must follow to take part.
 const MOST: f64 = 0.5;
 
+/// Drawings of noise of which the part that curves leave is told.
+const DRAWN: u64 = 3;
+
 /// See the module.
 pub(crate) struct Saturation {
     /// The one over the time since a turn comes last.
     curves: Vec<Curve>,
     columns: Vec<Vec<f32>>,
     products: Symmetric,
+    kept: Vec<f64>,
 }
 
 impl Saturation {
@@ -47,7 +52,26 @@ impl Saturation {
         }
         let mut all = Symmetric::zeros(columns.len());
         fill(&mut all, &columns, 0);
-        Saturation { curves, columns, products: all }
+        let mut saturation = Saturation { curves, columns, products: all, kept: Vec::new() };
+        saturation.kept = saturation.kept_of_noise(rows, contexts);
+        saturation
+    }
+
+    /// Part of the noise that is left when every curve has followed what it can, by [slowness](crate::noise::slowness): in
+    /// a recording of a minute there are more curves than what is slow has freedom.
+    pub(crate) fn kept(&self) -> &[f64] {
+        &self.kept
+    }
+
+    /// The same, by what curves leave of noise of all memories.
+    fn kept_of_noise(&self, rows: &Rows, contexts: &[Context<'_>]) -> Vec<f64> {
+        let (mut whole, mut left) = (Vec::new(), Vec::new());
+        for drawn in 0..DRAWN {
+            let noise: Vec<f64> = contexts.iter().enumerate().flat_map(|(run, c)| wandering(c, drawn, run)).collect();
+            add(&mut whole, &rows.slowness(&noise));
+            add(&mut left, &rows.slowness(&self.rest(rows, contexts, &noise, &[], &[])));
+        }
+        left.iter().zip(&whole).map(|(left, whole)| if *whole > 0.0 { (left / whole).min(1.0) } else { 1.0 }).collect()
     }
 
     /// Curves along the axes of the contract.
@@ -129,6 +153,29 @@ impl Saturation {
         }
         heights
     }
+}
+
+/// Noise of one run whose power is the same in every octave: it begins anew in every part.
+fn wandering(context: &Context<'_>, drawn: u64, run: usize) -> Vec<f64> {
+    let mut noise = Noise::new(drawn, run as u64);
+    let mut out = vec![0.0; context.run.len()];
+    for part in &context.run.parts {
+        let octaves = (0..).take_while(|octave| 1 << octave <= 2 * part.rows.len());
+        let mut states: Vec<(f64, f64)> =
+            octaves.map(|octave: i32| ((-1.0 / f64::from(1u32 << octave)).exp(), noise.gaussian())).collect();
+        for n in part.rows.clone() {
+            for (memory, state) in &mut states {
+                *state = *memory * *state + (1.0 - *memory * *memory).sqrt() * noise.gaussian();
+                out[n] += *state;
+            }
+        }
+    }
+    out
+}
+
+fn add(sum: &mut Vec<f64>, more: &[f64]) {
+    sum.resize(more.len().max(sum.len()), 0.0);
+    sum.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
 }
 
 /// Inner products of the columns from `first` on with all.

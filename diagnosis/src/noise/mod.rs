@@ -21,6 +21,7 @@ pub(crate) mod locks;
 pub(crate) mod rows;
 mod shelves;
 
+pub(crate) use crate::noise::shelves::Course;
 use crate::noise::shelves::{MOST_SHELVES, Shelf, Shelves};
 use crate::numbers::bridge::{bridge, gaps};
 
@@ -44,35 +45,31 @@ impl Whitening {
     }
 
     /// Of residuals of variance about 1, stretch by stretch; an autoregression of order `most` at most. A row that is not a
-    /// number tells nothing.
-    pub(crate) fn of(stretches: &[Vec<f64>], most: usize) -> Self {
+    /// number tells nothing. `kept`: what the fit that left the residuals keeps of noise, level by level of [`slowness`].
+    pub(crate) fn of(stretches: &[Vec<f64>], most: usize, kept: &[f64]) -> Self {
         let mut whitening = autoregression(stretches, most.min(MAX_ORDER));
         let longest = stretches.iter().map(Vec::len).max().unwrap_or(0);
         let levels = (1..=MOST_SHELVES).take_while(|level| longest >> level >= 1).count();
+        let kept = |level: usize| kept.get(level).copied().unwrap_or(1.0);
         let mut heights = vec![1.0; levels];
+        let mut told: Vec<Told> = Vec::new();
         for _ in 0..3 {
             let white: Vec<Vec<f64>> = stretches.iter().map(|x| whitening.applied_where_told(x)).collect();
-            let measured = haar(&white, levels);
-            for (height, measured) in heights.iter_mut().zip(measured) {
-                *height *= measured;
+            told.clear();
+            for (level, (height, own)) in heights.iter_mut().zip(haar(&white, levels)).enumerate() {
+                *height *= own.variance;
+                let freedom = own.count as f64 * kept(level);
+                if told.len() == level && kept(level) >= LEAST_KEPT && freedom >= LEAST_FREEDOM {
+                    told.push(Told { height: *height, freedom });
+                }
             }
-            let reference = heights.first().copied().unwrap_or(1.0).max(1e-9);
-            let mut guarded: Vec<f64> = heights.iter().map(|height| height / reference).collect();
-            for level in 1..levels {
-                guarded[level] = guarded[level].max(guarded[level - 1]);
-            }
-            // what rises to the last is taken to rise for one octave more
-            if let [.., before, last] = guarded[..]
-                && levels < MOST_SHELVES
-            {
-                guarded.push(last * (last / before));
-            }
-            let shelves = (1..guarded.len())
-                .filter(|level| guarded[*level] > 1.02 * guarded[level - 1])
-                .map(|level| Shelf::new(0.5 / f64::from(1u32 << level), guarded[level] / guarded[level - 1]))
-                .collect();
-            whitening.shelves = Shelves::new(shelves);
+            whitening.shelves = shelves(&rising(&told, levels));
         }
+        // of the noise itself the fit has followed a part
+        for (level, told) in told.iter_mut().enumerate().filter(|(level, _)| kept(*level) < FULLY_KEPT) {
+            told.height /= kept(level);
+        }
+        whitening.shelves = shelves(&going_on(rising(&told, levels), &told, levels));
         whitening
     }
 
@@ -103,12 +100,22 @@ impl Whitening {
         std::mem::swap(x, spare);
     }
 
-    /// The same for the rows of one stretch of several columns.
-    pub(crate) fn apply_all(&self, columns: &mut [Vec<f64>], spare: &mut Vec<f64>) {
-        for x in columns.iter_mut() {
-            self.predict(x, spare);
-        }
-        self.shelves.apply_all(columns);
+    /// How the filter goes over stretches one behind the other: rows that are missing before each (none before the first), and
+    /// its rows. What is slow goes on across those that are missing, the autoregression begins anew.
+    pub(crate) fn course(&self, stretches: &[(usize, usize)]) -> Course {
+        self.shelves.course(stretches)
+    }
+
+    /// Filters several columns over a course, each given stretch by stretch; answers the rows of all stretches.
+    pub(crate) fn apply_all(&self, columns: Vec<Vec<Vec<f64>>>, course: &Course) -> Vec<Vec<f64>> {
+        let mut spare = Vec::new();
+        let foreseen = |mut stretches: Vec<Vec<f64>>| {
+            stretches.iter_mut().for_each(|x| self.predict(x, &mut spare));
+            if stretches.len() == 1 { stretches.pop().unwrap_or_default() } else { stretches.concat() }
+        };
+        let mut columns: Vec<Vec<f64>> = columns.into_iter().map(foreseen).collect();
+        self.shelves.apply_all(&mut columns, course);
+        columns
     }
 
     /// The transposed filter on the rows of one stretch.
@@ -138,10 +145,7 @@ impl Whitening {
     }
 
     fn applied(&self, x: &[f64]) -> Vec<f64> {
-        let mut out = [x.to_vec()];
-        self.apply_all(&mut out, &mut Vec::new());
-        let [out] = out;
-        out
+        self.apply_all(vec![vec![x.to_vec()]], &self.course(&[(0, x.len())])).pop().unwrap_or_default()
     }
 
     /// The same where rows are missing: straight lines lead across them, and they are missing again behind the filter.
@@ -233,9 +237,26 @@ fn autoregression(stretches: &[Vec<f64>], most: usize) -> Whitening {
 /// Share of a window's rows that must be there for its mean to be told.
 const TOLD: f64 = 0.5;
 
+/// Variance of Haar's differences at one level.
+struct Level {
+    variance: f64,
+    /// Differences that tell it.
+    count: usize,
+}
+
+/// Part of the noise's slow power that a fit must keep for what it leaves to tell it, and the least number of differences.
+const LEAST_KEPT: f64 = 0.4;
+const LEAST_FREEDOM: f64 = 12.0;
+
+/// Part from which all is kept.
+const FULLY_KEPT: f64 = 0.9;
+
+/// Standard errors by which the noise must be seen to rise towards rest to be taken to rise on.
+const SURE_RISE: f64 = 1.0;
+
 /// Variance of Haar's differences, level by level: 1 at every level for white noise of variance 1. Rows that are missing
 /// take no part.
-fn haar(stretches: &[Vec<f64>], levels: usize) -> Vec<f64> {
+fn haar(stretches: &[Vec<f64>], levels: usize) -> Vec<Level> {
     let (mut sums, mut counts) = (vec![0.0; levels], vec![0usize; levels]);
     for stretch in stretches {
         // sum and number of the rows of every window
@@ -259,19 +280,55 @@ fn haar(stretches: &[Vec<f64>], levels: usize) -> Vec<f64> {
             windows.truncate(pairs);
         }
     }
-    let mut variances = Vec::with_capacity(levels);
-    for level in 0..levels {
-        let count = counts[level] as f64;
-        let before = variances.last().copied().unwrap_or(1.0);
-        variances.push(if counts[level] < 4 {
-            before
-        } else {
-            let variance = sums[level] / count;
-            // few differences: rather too much noise than too little
-            if count < 200.0 { variance * (1.0 + 1.0 / count.sqrt()) } else { variance }
-        });
+    let of_white = |count: usize, sum: f64| if count > 0 { sum / count as f64 } else { 1.0 };
+    sums.into_iter().zip(counts).map(|(sum, count)| Level { variance: of_white(count, sum), count }).collect()
+}
+
+/// What is known of the noise's power at one level.
+struct Told {
+    height: f64,
+    /// Number of differences that tell it.
+    freedom: f64,
+}
+
+/// Heights of shelves, the first 1: towards rest the noise is never taken to fall, and where nothing is told it stays.
+fn rising(told: &[Told], levels: usize) -> Vec<f64> {
+    let first = told.first().map_or(1.0, |first| first.height.max(1e-9));
+    let mut most = 1.0f64;
+    (0..levels)
+        .map(|level| {
+            most = told.get(level).map_or(most, |told| most.max(told.height / first));
+            most
+        })
+        .collect()
+}
+
+/// The same, rising on beyond what is told, and for one octave more than there are, as it did over the last two octaves as far
+/// as that is sure.
+fn going_on(mut heights: Vec<f64>, told: &[Told], levels: usize) -> Vec<f64> {
+    let [.., before, _, last] = told else { return heights };
+    let error = (2.0 / before.freedom + 2.0 / last.freedom).sqrt();
+    let ratio = heights[told.len() - 1] / heights[told.len() - 3];
+    let rise = (0.5 * (ratio.ln() - SURE_RISE * error)).exp().max(1.0);
+    heights.truncate(told.len());
+    while heights.len() < (levels + 1).min(MOST_SHELVES) {
+        heights.push(rise * heights[heights.len() - 1]);
     }
-    variances
+    heights
+}
+
+/// Shelves of these heights, one an octave.
+fn shelves(heights: &[f64]) -> Shelves {
+    let steps = heights.windows(2).enumerate().filter(|(_, two)| two[1] > 1.02 * two[0]);
+    Shelves::new(steps.map(|(at, two)| Shelf::new(0.25 / f64::from(1u32 << at), two[1] / two[0])).collect())
+}
+
+/// Variance of rows by slowness: of differences of means of 1, 2, 4, .. rows, over that of white noise. A row that is not a
+/// number tells nothing.
+pub(crate) fn slowness(stretches: &[Vec<f64>]) -> Vec<f64> {
+    let longest = stretches.iter().map(Vec::len).max().unwrap_or(0);
+    let levels = (1..=MOST_SHELVES).take_while(|level| longest >> level >= 1).count();
+    haar(stretches, levels).iter().map(|level| level.variance).collect()
 }
 
 /// Third differences over the root of 20: those of what is smooth vanish, those of white noise have its variance.
@@ -312,9 +369,9 @@ mod tests {
                 (0..8192).map(|k| parts.iter().map(|p| p[k]).sum::<f64>() / 3f64.sqrt()).collect()
             })
             .collect();
-        let whitening = Whitening::of(&stretches, MAX_ORDER);
+        let whitening = Whitening::of(&stretches, MAX_ORDER, &[]);
         let white: Vec<Vec<f64>> = stretches.iter().map(|x| whitening.applied(x)).collect();
-        for (level, variance) in haar(&white, 9).into_iter().enumerate() {
+        for (level, variance) in haar(&white, 9).iter().map(|level| level.variance).enumerate() {
             assert!((0.45..1.35).contains(&variance), "level {level}: {variance}");
         }
     }
@@ -334,7 +391,7 @@ mod tests {
                     (2000..6000).map(|k| parts.iter().map(|part| part[k]).sum::<f64>() / 3f64.sqrt()).collect()
                 })
                 .collect();
-            let whitening = Whitening::of(&runs, MAX_ORDER);
+            let whitening = Whitening::of(&runs, MAX_ORDER, &[]);
             for (square, slope) in squares.iter_mut().zip(slopes) {
                 let (mut with, mut size) = (0.0, 0.0);
                 for (run, x) in runs.iter().enumerate() {
@@ -352,7 +409,7 @@ mod tests {
 
     #[test]
     fn a_stretch_shorter_than_the_filter_is_filtered() {
-        let whitening = Whitening::of(&[red(20_000, 0.9, 3)], MAX_ORDER);
+        let whitening = Whitening::of(&[red(20_000, 0.9, 3)], MAX_ORDER, &[]);
         let long = whitening.applied(&white(100, 7));
         for rows in 0..20 {
             let mut short = white(100, 7);
@@ -365,7 +422,7 @@ mod tests {
 
     #[test]
     fn backwards_is_the_transposed_filter_away_from_the_ends() {
-        let whitening = Whitening::of(&[red(20_000, 0.95, 3)], MAX_ORDER);
+        let whitening = Whitening::of(&[red(20_000, 0.95, 3)], MAX_ORDER, &[]);
         let (mut a, mut b) = (vec![0.0; 4000], vec![0.0; 4000]);
         a[1500..2500].copy_from_slice(&white(1000, 11));
         b[1400..2400].copy_from_slice(&white(1000, 12));
@@ -380,7 +437,7 @@ mod tests {
         let mut x = white(20_000, 5);
         let is_missing = |n: usize| n % 500 < 120;
         (0..x.len()).filter(|n| is_missing(*n)).for_each(|n| x[n] = f64::NAN);
-        let whitening = Whitening::of(&[x], MAX_ORDER);
+        let whitening = Whitening::of(&[x], MAX_ORDER, &[]);
         for frequency in [0.01, 0.1, 0.5] {
             let power = whitening.power(frequency);
             assert!((0.7..1.4).contains(&power), "{frequency}: {power}");
@@ -390,12 +447,12 @@ mod tests {
         // what leads across them would
         let mut bridged = white(20_000, 5);
         (0..bridged.len()).filter(|n| is_missing(*n)).for_each(|n| bridged[n] = 6.0);
-        assert!(Whitening::of(&[bridged], MAX_ORDER).power(0.0) < 0.2);
+        assert!(Whitening::of(&[bridged], MAX_ORDER, &[]).power(0.0) < 0.2);
     }
 
     #[test]
     fn white_noise_is_left_alone() {
-        let whitening = Whitening::of(&[white(20_000, 5)], MAX_ORDER);
+        let whitening = Whitening::of(&[white(20_000, 5)], MAX_ORDER, &[]);
         assert!(whitening.order() <= 1);
         let out = whitening.applied(&white(1000, 6));
         let sigma = (out.iter().map(|x| x * x).sum::<f64>() / 1000.0).sqrt();

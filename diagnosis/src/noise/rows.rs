@@ -5,10 +5,11 @@
 //! stretch. Very long recordings are averaged down first.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use simulation::run::{Break, Run};
 
-use crate::noise::{MAX_ORDER, Whitening};
+use crate::noise::{Course, MAX_ORDER, Whitening, slowness};
 use crate::numbers::bridge::{bridge, gaps};
 use crate::numbers::linear::Symmetric;
 use crate::numbers::rounding::{following, is_coarse, quantum};
@@ -50,14 +51,28 @@ struct Stretch {
     keep: Vec<bool>,
 }
 
+/// Stretches of one part of a run, one behind the other.
+#[derive(Clone, Debug)]
+struct Chain {
+    stretches: Range<usize>,
+    /// Averages that are missing before each (none before the first), and its own.
+    rows: Vec<(usize, usize)>,
+}
+
+/// Columns that are whitened side by side.
+const SIDE_BY_SIDE: usize = 8;
+
 /// Rows that are compared, and how.
 #[derive(Clone, Debug)]
 pub(crate) struct Rows {
     /// First row of every run where runs are laid end to end, and the number of all rows.
     pub(crate) starts: Vec<usize>,
     stretches: Vec<Stretch>,
+    chains: Vec<Chain>,
     decimation: usize,
     whitening: Whitening,
+    /// How the noise filter goes over every chain.
+    courses: Arc<Vec<Course>>,
     /// One for every compared row: 1/σ of its run, less for a tail.
     weights: Vec<f32>,
     /// Compared rows of every block.
@@ -68,6 +83,16 @@ pub(crate) struct Rows {
     step_n: f64,
     /// Rows for which a force stays within a step.
     within_a_step: f64,
+}
+
+impl Chain {
+    /// That of the stretches from `first` on; `None` where there is none.
+    fn of(stretches: &[Stretch], first: usize, decimation: usize) -> Option<Self> {
+        let own = stretches.get(first..).filter(|own| !own.is_empty())?;
+        let missing = own.windows(2).map(|two| (two[1].rows.start - two[0].rows.end) / decimation);
+        let rows = std::iter::once(0).chain(missing).zip(own.iter().map(|stretch| stretch.keep.len())).collect();
+        Some(Chain { stretches: first..stretches.len(), rows })
+    }
 }
 
 impl Rows {
@@ -81,8 +106,10 @@ impl Rows {
         let decimation = total.div_ceil(MOST_ROWS).max(coarsest).max(1);
         let mut rows = Rows {
             stretches: Vec::new(),
+            chains: Vec::new(),
             decimation,
             whitening: Whitening::none(),
+            courses: Arc::default(),
             weights: Vec::new(),
             blocks: Vec::new(),
             groups: Vec::new(),
@@ -99,6 +126,7 @@ impl Rows {
                 // gaps do not change the level of the noise
                 group += usize::from(matches!(part.starts, Break::Start | Break::Segment));
                 let compared = &compared[rows.starts[index]..rows.starts[index + 1]];
+                let first = rows.stretches.len();
                 for range in stretches(&compared[part.rows.clone()], bridge) {
                     let range = part.rows.start + range.start..part.rows.start + range.end;
                     let keep: Vec<bool> = compared[range.clone()]
@@ -110,13 +138,20 @@ impl Rows {
                         rows.stretches.push(Stretch { run: index, group, rows: range, bridged, keep });
                     }
                 }
+                rows.chains.extend(Chain::of(&rows.stretches, first, decimation));
             }
         }
         let step_s = runs.iter().map(Run::step_s).fold(0.0, f64::max) * decimation as f64;
         rows.within_a_step = (WITHIN_A_STEP_S / step_s).max(1.0);
         rows.number_blocks(runs, BLOCK_S.min(duration_s / 40.0));
         rows.weights = vec![1.0; rows.len()];
+        rows.whiten_by(Whitening::none());
         rows
+    }
+
+    fn whiten_by(&mut self, whitening: Whitening) {
+        self.courses = Arc::new(self.chains.iter().map(|chain| whitening.course(&chain.rows)).collect());
+        self.whitening = whitening;
     }
 
     /// Whether the noise looks the same to both, so that columns whitened by one are whitened by the other. Both are of
@@ -188,12 +223,15 @@ impl Rows {
     /// The same for many, which is cheaper than one after the other.
     pub(crate) fn white_all(&self, columns: &[&[f64]]) -> Vec<Vec<f32>> {
         let mut out: Vec<Vec<f32>> = columns.iter().map(|_| Vec::with_capacity(self.len())).collect();
-        let mut spare = Vec::new();
-        for stretch in &self.stretches {
-            let mut of_stretch: Vec<Vec<f64>> = columns.iter().map(|column| self.averaged(stretch, column)).collect();
-            self.whitening.apply_all(&mut of_stretch, &mut spare);
-            for (out, x) in out.iter_mut().zip(&of_stretch) {
-                out.extend(x.iter().zip(&stretch.keep).filter(|(_, keep)| **keep).map(|(x, _)| *x as f32));
+        for (columns, out) in columns.chunks(SIDE_BY_SIDE).zip(out.chunks_mut(SIDE_BY_SIDE)) {
+            for (chain, course) in self.chains.iter().zip(self.courses.iter()) {
+                let stretches = &self.stretches[chain.stretches.clone()];
+                let of = |column: &&[f64]| stretches.iter().map(|stretch| self.averaged(stretch, column)).collect();
+                let white = self.whitening.apply_all(columns.iter().map(of).collect(), course);
+                let keep = || stretches.iter().flat_map(|stretch| &stretch.keep);
+                for (out, x) in out.iter_mut().zip(&white) {
+                    out.extend(x.iter().zip(keep()).filter(|(_, keep)| **keep).map(|(x, _)| *x as f32));
+                }
             }
         }
         for out in &mut out {
@@ -258,33 +296,30 @@ impl Rows {
         averaged * averaged * self.whitening.power(frequency * self.decimation as f64)
     }
 
-    /// Learns the noise from a residual (one entry a row of all runs).
-    pub(crate) fn learn(&mut self, residual: &[f64]) {
-        self.learn_up_to(residual, MAX_ORDER);
+    /// Learns the noise from a residual (one entry a row of all runs) of a fit that keeps so much of it (see
+    /// [`Whitening::of`]).
+    pub(crate) fn learn(&mut self, residual: &[f64], kept: &[f64]) {
+        self.learn_up_to(residual, kept, MAX_ORDER);
     }
 
     /// The same with an autoregression of order `most` at most.
-    pub(crate) fn learn_up_to(&mut self, residual: &[f64], most: usize) {
+    pub(crate) fn learn_up_to(&mut self, residual: &[f64], kept: &[f64], most: usize) {
         let plain = self.plain(residual);
         let scales: Vec<f64> = self.groups.iter().map(|rows| scale(&plain[rows.clone()])).collect();
         // what is bridged, and what stands out of the noise, does not tell its colour
-        let told: Vec<Vec<f64>> = self
-            .stretches
-            .iter()
-            .map(|stretch| {
-                let scale = scales[stretch.group];
-                let mut x: Vec<f64> = self.averaged(stretch, residual).iter().map(|x| x / scale).collect();
-                let is_noise: Vec<bool> = x.iter().map(|x| x.abs() < STANDS_OUT).collect();
-                for own in gaps(&is_noise) {
-                    // it rises and fades on both sides for as long as it stands out
-                    let around = own.start.saturating_sub(own.len())..(own.end + own.len()).min(x.len());
-                    x[around].fill(f64::NAN);
-                }
-                x.iter_mut().zip(&stretch.keep).filter(|(_, keep)| !**keep).for_each(|(x, _)| *x = f64::NAN);
-                x
-            })
-            .collect();
-        self.whitening = Whitening::of(&told, most);
+        let told = |stretch: &Stretch| {
+            let scale = scales[stretch.group];
+            let mut x: Vec<f64> = self.averaged(stretch, residual).iter().map(|x| x / scale).collect();
+            let is_noise: Vec<bool> = x.iter().map(|x| x.abs() < STANDS_OUT).collect();
+            for own in gaps(&is_noise) {
+                // it rises and fades on both sides for as long as it stands out
+                let around = own.start.saturating_sub(own.len())..(own.end + own.len()).min(x.len());
+                x[around].fill(f64::NAN);
+            }
+            x.iter_mut().zip(&stretch.keep).filter(|(_, keep)| !**keep).for_each(|(x, _)| *x = f64::NAN);
+            x
+        };
+        self.whiten_by(Whitening::of(&self.chained(told), most, kept));
         self.weights = vec![1.0; self.len()];
         let white: Vec<f64> = self.white(residual).into_iter().map(f64::from).collect();
         let is_coarse = is_coarse(self.step_n, rms(&plain));
@@ -310,10 +345,34 @@ impl Rows {
         }
     }
 
+    /// Chain by chain what `of` makes of the rows of its stretches; where nothing is compared the noise goes on, and rows are
+    /// missing.
+    fn chained(&self, of: impl Fn(&Stretch) -> Vec<f64>) -> Vec<Vec<f64>> {
+        let of_chain = |chain: &Chain| -> Vec<f64> {
+            let mut rows = Vec::new();
+            for (stretch, (missing, _)) in self.stretches[chain.stretches.clone()].iter().zip(&chain.rows) {
+                rows.resize(rows.len() + missing, f64::NAN);
+                rows.extend(of(stretch));
+            }
+            rows
+        };
+        self.chains.iter().map(of_chain).collect()
+    }
+
+    /// Variance of a column's rows by [`slowness`].
+    pub(crate) fn slowness(&self, column: &[f64]) -> Vec<f64> {
+        slowness(&self.chained(|stretch| {
+            let mut x = self.averaged(stretch, column);
+            x.iter_mut().zip(&stretch.keep).filter(|(_, keep)| !**keep).for_each(|(x, _)| *x = f64::NAN);
+            x
+        }))
+    }
+
     /// The same rows as Huber weighs them for a law that does not know all that acts: without the colour of the noise, and
     /// a row that is far off (`residual`: one entry a row of all runs) pulls no more than one that is at [`HUBER`].
     pub(crate) fn flat(&self, residual: &[f64]) -> Self {
-        let mut rows = Rows { whitening: Whitening::none(), ..self.clone() };
+        let mut rows = self.clone();
+        rows.whiten_by(Whitening::none());
         let plain = rows.plain(residual);
         for group in &rows.groups {
             let sigma = scale(&plain[group.clone()]);

@@ -10,6 +10,13 @@
 //! with one state `w` a shelf. Once `S` has come down to `D²`, that is the cascade itself, `ν = D·e`; until then the cascade
 //! runs with `K·D - B` times what comes out of it added to its states. `S` and `K` follow from Chandrasekhar's recursion,
 //! which a stationary start makes one of rank one: `P' - P = m·y·yᵀ` (Morf, Sidhu and Kailath 1974).
+//!
+//! Where a carriage rests, rows are missing and the noise wanders on: `ŵ' = A·ŵ`, `P' = A·P·Aᵀ + B·Bᵀ`. Behind the rest the
+//! filter knows as much less as that is long, and `S` and `K` are Riccati's:
+//!
+//! ```text
+//! S = C·P·Cᵀ + D²,   K = (A·P·Cᵀ + B·D)/S,   P' = A·P·Aᵀ + B·Bᵀ - K·S·Kᵀ
+//! ```
 
 use std::sync::Arc;
 
@@ -21,6 +28,9 @@ pub(super) const ABREAST: usize = 8;
 
 /// Excess of `S` over `D²` from which the filter has begun.
 const BEGUN: f64 = 1e-4;
+
+/// The same behind rows that are missing: there are many of them, and every row of a beginning costs.
+const BEGUN_AGAIN: f64 = 1e-3;
 
 /// Most rows that a beginning takes: a noise that wanders for longer is taken as known from there on.
 const LONGEST: usize = 1 << 17;
@@ -73,8 +83,31 @@ impl Shelves {
         Shelves { shelves, beginning: Arc::new(beginning) }
     }
 
-    /// The rows of one stretch of several columns.
-    pub(super) fn apply_all(&self, columns: &mut [Vec<f64>]) {
+    /// How the shelves go over stretches one behind the other: rows that are missing before each (none before the first), and
+    /// its rows.
+    pub(super) fn course(&self, stretches: &[(usize, usize)]) -> Course {
+        let first =
+            |(_, rows): &(usize, usize)| Passage { rows: *rows, across: Vec::new(), begins: self.beginning.clone() };
+        if self.shelves.is_empty() || stretches.len() < 2 {
+            return Course(stretches.iter().map(first).collect());
+        }
+        let noise = Noise::of(&self.shelves);
+        let mut known = noise.covariance();
+        let passage = |(at, (missing, rows)): (usize, &(usize, usize))| {
+            let mut across = Vec::new();
+            if at > 0 {
+                let (power, wandered) = noise.unseen(*missing);
+                known = sum(&moved(&power, &known), &wandered);
+                across = power.concat();
+            }
+            let begins = Arc::new(noise.beginning(&mut known, *rows));
+            Passage { rows: *rows, across, begins }
+        };
+        Course(stretches.iter().enumerate().map(passage).collect())
+    }
+
+    /// The rows of stretches one behind the other of several columns.
+    pub(super) fn apply_all(&self, columns: &mut [Vec<f64>], course: &Course) {
         if self.shelves.is_empty() {
             return;
         }
@@ -84,20 +117,20 @@ impl Shelves {
             let abreast = if rest.len() > ABREAST / 2 { rest.len().min(ABREAST) } else { 1 };
             let (some, others) = rest.split_at_mut(abreast);
             if abreast == 1 {
-                self.apply::<1>(some);
+                self.apply::<1>(some, course);
             } else {
-                self.apply::<ABREAST>(some);
+                self.apply::<ABREAST>(some, course);
             }
             rest = others;
         }
     }
 
-    fn apply<const N: usize>(&self, columns: &mut [Vec<f64>]) {
+    fn apply<const N: usize>(&self, columns: &mut [Vec<f64>], course: &Course) {
         let mut rows = vec![[0.0; N]; columns.first().map_or(0, Vec::len)];
         for (k, column) in columns.iter().enumerate() {
             rows.iter_mut().zip(column).for_each(|(row, x)| row[k] = *x);
         }
-        pulp::Arch::new().dispatch(Cascade { shelves: &self.shelves, beginning: &self.beginning, rows: &mut rows });
+        pulp::Arch::new().dispatch(Cascade { shelves: &self.shelves, course, rows: &mut rows });
         for (k, column) in columns.iter_mut().enumerate() {
             rows.iter().zip(column).for_each(|(row, x)| *x = row[k]);
         }
@@ -116,11 +149,25 @@ impl Shelves {
     }
 }
 
+/// How shelves go over stretches one behind the other.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Course(Vec<Passage>);
+
+/// One stretch of a course.
+#[derive(Clone, Debug)]
+struct Passage {
+    rows: usize,
+    /// What the rows that are missing before it make of the states, row by row of a matrix; empty at the start.
+    across: Vec<f64>,
+    /// Row by row: `D/√S`, then `K·D - B` of every shelf.
+    begins: Arc<Vec<f64>>,
+}
+
 /// Shelves one behind the other over rows of `N` columns. Row by row through all of them: a row waits for the one before in
 /// every shelf, but neither shelves nor columns wait for one another.
 struct Cascade<'a, const N: usize> {
     shelves: &'a [Shelf],
-    beginning: &'a [f64],
+    course: &'a Course,
     rows: &'a mut [[f64; N]],
 }
 
@@ -129,7 +176,7 @@ impl<const N: usize> pulp::NullaryFnOnce for Cascade<'_, N> {
 
     #[inline(always)]
     fn call(self) {
-        let Cascade { shelves, beginning, rows } = self;
+        let Cascade { shelves, course, rows } = self;
         let mut states = [(Shelf { b: [0.0; 2], a: 0.0 }, [0.0; N]); MOST_SHELVES];
         states.iter_mut().zip(shelves).for_each(|(state, shelf)| state.0 = *shelf);
         let states = &mut states[..shelves.len().min(MOST_SHELVES)];
@@ -143,20 +190,37 @@ impl<const N: usize> pulp::NullaryFnOnce for Cascade<'_, N> {
             }
             signal
         };
-        let mut beginning = beginning.chunks_exact(shelves.len() + 1);
-        let first = beginning.len().min(rows.len());
-        let (first, others) = rows.split_at_mut(first);
-        for (row, begins) in first.iter_mut().zip(&mut beginning) {
-            let out = through(states, *row);
-            for ((_, state), correction) in states.iter_mut().zip(&begins[1..]) {
-                for k in 0..N {
-                    state[k] += correction * out[k];
+        let mut rest = rows;
+        for Passage { rows, across, begins } in &course.0 {
+            let (own, others) = rest.split_at_mut((*rows).min(rest.len()));
+            rest = others;
+            if !across.is_empty() {
+                let mut before = [[0.0; N]; MOST_SHELVES];
+                before.iter_mut().zip(states.iter()).for_each(|(before, state)| *before = state.1);
+                for ((_, state), powers) in states.iter_mut().zip(across.chunks_exact(shelves.len())) {
+                    *state = [0.0; N];
+                    for (power, before) in powers.iter().zip(&before) {
+                        for k in 0..N {
+                            state[k] += power * before[k];
+                        }
+                    }
                 }
             }
-            *row = out.map(|x| x * begins[0]);
-        }
-        for row in others {
-            *row = through(states, *row);
+            let mut begins = begins.chunks_exact(shelves.len() + 1);
+            let first = begins.len().min(own.len());
+            let (first, others) = own.split_at_mut(first);
+            for (row, begins) in first.iter_mut().zip(&mut begins) {
+                let out = through(states, *row);
+                for ((_, state), correction) in states.iter_mut().zip(&begins[1..]) {
+                    for k in 0..N {
+                        state[k] += correction * out[k];
+                    }
+                }
+                *row = out.map(|x| x * begins[0]);
+            }
+            for row in others {
+                *row = through(states, *row);
+            }
         }
     }
 }
@@ -186,14 +250,62 @@ impl Noise {
         Noise { a, b, c, d }
     }
 
-    /// `P·Cᵀ` of the stationary covariance `P = A·P·Aᵀ + B·Bᵀ`, by doubling.
-    fn stationary(&self) -> Vec<f64> {
+    /// `B·Bᵀ`.
+    fn of_row(&self) -> Vec<Vec<f64>> {
+        self.b.iter().map(|b| self.b.iter().map(|other| b * other).collect()).collect()
+    }
+
+    /// What rows that are missing make of the states, and the covariance of what they have wandered by meanwhile.
+    fn unseen(&self, missing: usize) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
         let states = self.b.len();
+        let unit = |row: usize| (0..states).map(|column| f64::from(u8::from(row == column))).collect();
+        let (mut power, mut wandered) =
+            ((0..states).map(unit).collect::<Vec<Vec<f64>>>(), vec![vec![0.0; states]; states]);
+        let (mut doubled, mut of_doubled) = (self.a.clone(), self.of_row());
+        let mut left = missing;
+        while left > 0 {
+            if left & 1 == 1 {
+                wandered = sum(&moved(&doubled, &wandered), &of_doubled);
+                power = product(&doubled, &power);
+            }
+            of_doubled = sum(&moved(&doubled, &of_doubled), &of_doubled);
+            doubled = product(&doubled, &doubled);
+            left >>= 1;
+        }
+        (power, wandered)
+    }
+
+    /// How shelves begin that know their states as well as this, row by row as in [`Passage`]; afterwards, how well they
+    /// know them behind so many rows.
+    fn beginning(&self, known: &mut [Vec<f64>], rows: usize) -> Vec<f64> {
+        let Noise { a, b, c, d } = self;
+        let mut begins = Vec::new();
+        for _ in 0..rows {
+            let seen: Vec<f64> = known.iter().map(|row| dot(row, c)).collect();
+            let s = dot(c, &seen) + d * d;
+            if !(s > (1.0 + BEGUN_AGAIN) * d * d) {
+                known.iter_mut().for_each(|row| row.fill(0.0));
+                break;
+            }
+            let gain: Vec<f64> = a.iter().zip(b).map(|(row, b)| (dot(row, &seen) + b * d) / s).collect();
+            begins.push(d / s.sqrt());
+            begins.extend(gain.iter().zip(b).map(|(gain, b)| gain * d - b));
+            let on = moved(a, known);
+            for (i, row) in known.iter_mut().enumerate() {
+                for (j, known) in row.iter_mut().enumerate() {
+                    *known = on[i][j] + b[i] * b[j] - gain[i] * s * gain[j];
+                }
+            }
+        }
+        begins
+    }
+
+    /// The stationary covariance `P = A·P·Aᵀ + B·Bᵀ`, by doubling.
+    fn covariance(&self) -> Vec<Vec<f64>> {
         let mut power = self.a.clone();
-        let mut covariance: Vec<Vec<f64>> =
-            self.b.iter().map(|b| self.b.iter().map(|other| b * other).collect()).collect();
+        let mut covariance = self.of_row();
         for _ in 0..2 * MOST_SHELVES {
-            let moved = product(&power, &transposed(&product(&power, &covariance)));
+            let moved = moved(&power, &covariance);
             let mut grown = 0.0f64;
             for (row, moved) in covariance.iter_mut().zip(&moved) {
                 for (x, moved) in row.iter_mut().zip(moved) {
@@ -206,7 +318,12 @@ impl Noise {
             }
             power = product(&power, &power);
         }
-        (0..states).map(|row| dot(&covariance[row], &self.c)).collect()
+        covariance
+    }
+
+    /// `P·Cᵀ` of the stationary covariance.
+    fn stationary(&self) -> Vec<f64> {
+        self.covariance().iter().map(|row| dot(row, &self.c)).collect()
     }
 }
 
@@ -246,6 +363,15 @@ fn transposed(a: &[Vec<f64>]) -> Vec<Vec<f64>> {
     (0..a.len()).map(|column| a.iter().map(|row| row[column]).collect()).collect()
 }
 
+fn sum(a: &[Vec<f64>], b: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    a.iter().zip(b).map(|(a, b)| a.iter().zip(b).map(|(a, b)| a + b).collect()).collect()
+}
+
+/// `A·P·Aᵀ`.
+fn moved(a: &[Vec<f64>], p: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    product(a, &transposed(&product(a, p)))
+}
+
 fn product(a: &[Vec<f64>], b: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let columns = transposed(b);
     a.iter().map(|row| columns.iter().map(|column| dot(row, column)).collect()).collect()
@@ -278,7 +404,7 @@ mod tests {
         let filter = Shelves::new(shelves);
         let mut columns: Vec<Vec<f64>> =
             (0..rows).map(|at| (0..rows).map(|n| f64::from(u8::from(n == at))).collect()).collect();
-        filter.apply_all(&mut columns);
+        filter.apply_all(&mut columns, &filter.course(&[(0, rows)]));
         let row = |k: usize| -> Vec<f64> { columns.iter().map(|column| column[k]).collect() };
         let between = |a: &[f64], b: &[f64]| -> f64 {
             let one =
@@ -289,6 +415,29 @@ mod tests {
             let expected = f64::from(u8::from(k == l));
             let found = between(&row(k), &row(l));
             assert!((found - expected).abs() < 2e-4, "{k} {l}: {found}");
+        }
+    }
+
+    #[test]
+    fn what_comes_out_is_white_behind_rows_that_are_missing() {
+        let shelves = vec![Shelf::new(0.05, 3.0), Shelf::new(0.01, 8.0), Shelf::new(0.003, 4.0)];
+        let noise = Noise::of(&shelves);
+        let filter = Shelves::new(shelves);
+        let (first, missing, rows) = (60, 25, 180);
+        // when each row was
+        let at: Vec<usize> = (0..rows).map(|n| if n < first { n } else { n + missing }).collect();
+        let lags: Vec<f64> = (0..rows + missing).map(|lag| covariance(&noise, lag)).collect();
+        let mut columns: Vec<Vec<f64>> =
+            (0..rows).map(|at| (0..rows).map(|n| f64::from(u8::from(n == at))).collect()).collect();
+        filter.apply_all(&mut columns, &filter.course(&[(0, first), (missing, rows - first)]));
+        let between = |k: usize, l: usize| -> f64 {
+            let one =
+                |i: usize| columns[i][k] * (0..rows).map(|j| columns[j][l] * lags[at[i].abs_diff(at[j])]).sum::<f64>();
+            (0..rows).map(one).sum()
+        };
+        for (k, l) in [(59, 59), (60, 60), (59, 60), (61, 61), (40, 70), (90, 90), (90, 91), (179, 179), (60, 179)] {
+            let found = between(k, l);
+            assert!((found - f64::from(u8::from(k == l))).abs() < 2e-3, "{k} {l}: {found}");
         }
     }
 

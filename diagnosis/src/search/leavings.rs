@@ -15,12 +15,16 @@
 //! ```text
 //! F cos(k π (u_x + 1)/2) rms(f_m)/rms(F)      F: what the law says, k: 0 to 16
 //! ```
+//!
+//! The force of a mass is as wrong as its acceleration, which is derived: at the corners of ramps, by what is fast in it.
 
 use simulation::curve::Axis;
+use simulation::mechanism::Id;
 
 use crate::fit::bench::{Bench, Member};
 use crate::fit::least_squares::Fit;
 use crate::fit::rest::power;
+use crate::nominal::fast_accelerations;
 
 /// Standard deviation of what a form is wrong by, of its force, along each polynomial: two of it are the seventh behind
 /// [`FURTHER`](crate::search).
@@ -50,6 +54,9 @@ pub(crate) fn columns<'m>(bench: &Bench<'_>, fit: &Fit, members: impl Iterator<I
         if force.is_empty() {
             continue;
         }
+        if let (true, [mass_kg, ..]) = (member.candidate.source.is(Id::Inertia), amplitudes.as_slice()) {
+            raw.extend(of_corners(bench, mass_kg / WRONG));
+        }
         if member.candidate.source.is_phase_bound() {
             at_places_n2 += power(&bench.rows, &force);
         }
@@ -59,6 +66,17 @@ pub(crate) fn columns<'m>(bench: &Bench<'_>, fit: &Fit, members: impl Iterator<I
         raw.extend(of_places(bench, at_places_n2.sqrt()));
     }
     bench.rows.white_all(&raw.iter().map(Vec::as_slice).collect::<Vec<_>>())
+}
+
+/// What the force of a mass may be wrong by where its acceleration changes fast.
+fn of_corners(bench: &Bench<'_>, mass_kg: f64) -> Vec<Vec<f64>> {
+    let mut columns: [Vec<f64>; 3] = Default::default();
+    for context in bench.contexts {
+        for (column, fast) in columns.iter_mut().zip(fast_accelerations(context.run, context.motion)) {
+            column.extend(fast.into_iter().map(|a| mass_kg * a));
+        }
+    }
+    columns.into()
 }
 
 /// What a profile along the rail may be wrong by, each column of this RMS or a little less, N.

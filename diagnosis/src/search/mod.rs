@@ -60,9 +60,13 @@ const FURTHER_WAVE: f64 = 0.005;
 /// Share of a drift's force below which a constant beside it is what its curve misses.
 const MISSED_BY_A_CURVE: f64 = 0.2;
 
-/// Share of the evidence for a bent rail below which a joint is part of how it is bent: no wave or table is as sharp as a rail
-/// may be, and a joint is the sharpest profile that there is. One of a third of the bend's force has more.
+/// Share of the evidence for a bent rail below which a joint is part of how it is bent, or the other way round: no wave or
+/// table is as sharp as a rail may be, and a joint is the sharpest profile that there is. One of a third of the bend's force
+/// has more.
 const ONE_PROFILE: f64 = 0.1;
+
+/// Mass of a structure that rings, of all that the drive accelerates, from which it is none: forms are wrong by some of it.
+const MORE_MASS: f64 = 1.3;
 
 /// Highest order at which a wave repeats that is taken for the wave itself.
 const ORDERS: f64 = 4.0;
@@ -213,6 +217,7 @@ fn holds(bench: &Bench<'_>, pool: &Pool, candidate: &Candidate, gain: &Gain, mem
     is_relevant(bench, candidate, gain, floor)
         && !is_of_one_profile(bench, candidate, gain, members)
         && !is_missed_by_a_curve(bench, candidate, gain, members)
+        && !rings_with_more_than_moves(bench, candidate, gain, members)
         && shows(bench, pool, candidate, gain, members, is_tiny)
 }
 
@@ -238,14 +243,13 @@ fn shows(
     !members.is_empty() && shows_beside_leavings(bench, pool, candidate, gain, members)
 }
 
-/// Whether a candidate is a joint that only sharpens the profile of a rail that is bent anyway.
+/// Whether a candidate is a joint that only sharpens the profile of a rail that is bent anyway, or a bend that only rounds a
+/// joint.
 fn is_of_one_profile(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, members: &[Member]) -> bool {
-    if !candidate.source.is(Id::RailJoint) {
-        return false;
-    }
-    let Some(at) = members.iter().position(|member| member.candidate.source.is(Id::RailStraightness)) else {
-        return false;
-    };
+    let profile = [Id::RailJoint, Id::RailStraightness];
+    let Some(own) = profile.iter().position(|id| candidate.source.is(*id)) else { return false };
+    let other = profile[1 - own];
+    let Some(at) = members.iter().position(|member| member.candidate.source.is(other)) else { return false };
     gain.nats < ONE_PROFILE * bench.beside(members, at).gain.nats
 }
 
@@ -260,6 +264,26 @@ fn is_missed_by_a_curve(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, m
     let amplitudes: Vec<f64> = drift.base.iter().map(|column| fit.value_of(*column)).collect();
     size_n(bench, &candidate.source, &gain.amplitudes)
         < MISSED_BY_A_CURVE * size_n(bench, &drift.candidate.source, &amplitudes)
+}
+
+/// Whether a candidate is a structure that rings with more mass than the drive accelerates: what is fitted beside a mass at the
+/// corners of its ramps, where the acceleration is derived.
+fn rings_with_more_than_moves(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, members: &[Member]) -> bool {
+    let Some(ringing_kg) = mass_kg(&candidate.source, Id::StructuralResonance, &gain.amplitudes) else { return false };
+    let fit = bench.fit_members(members);
+    let moved_kg = members.iter().find_map(|member| {
+        let amplitudes: Vec<f64> = member.base.iter().map(|column| fit.value_of(*column)).collect();
+        mass_kg(&member.candidate.source, Id::Inertia, &amplitudes)
+    });
+    let known_kg = bench.contexts.first().map_or(0.0, |context| context.moved_mass_kg);
+    moved_kg.is_some_and(|moved_kg| ringing_kg > MORE_MASS * (moved_kg + known_kg))
+}
+
+/// Mass in the amplitudes of a cause, kg; `None` of another cause.
+fn mass_kg(source: &Source, id: Id, amplitudes: &[f64]) -> Option<f64> {
+    let Source::Mechanism { definition, form, .. } = source else { return None };
+    let masses = definition.forms[*form].amplitudes.iter().zip(amplitudes).filter(|(what, _)| what.unit == "kg");
+    (definition.id == id).then(|| masses.map(|(_, kg)| kg).sum())
 }
 
 /// Whether a cause is real beside what the forms of others may leave, too.

@@ -91,7 +91,7 @@ pub(crate) fn run<'s>(
         let mut learnt = None;
         if pass < 2 && !members.is_empty() {
             let mut anew = rows.clone();
-            anew.learn(&left);
+            anew.learn(&left, saturation.kept());
             let is_coloured = (whiteness(&bench, &fit) - 1.0).abs() > COLOURED;
             // what stood out is explained, and may count in full
             let is_tamed = rows.tails() > FEW_TAILS && 2 * anew.tails() < rows.tails();

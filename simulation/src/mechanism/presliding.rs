@@ -104,7 +104,9 @@ pub(super) const BREAKAWAY_DWELL: Definition = Definition {
             name: "minimal",
             shape: &[ratio("length_m", "m", 3e-5, 3e-3, 5)],
             amplitudes: &[amplitude("part_per_decade", "", Positive, 0.1)],
-            columns: |context, shape| rested(context, *shape.first()?, |dwell| libm::log10(1.0 + dwell)),
+            columns: |context, shape| {
+                rested(context, |n| context.steady.drag_n[n], *shape.first()?, |dwell| libm::log10(1.0 + dwell))
+            },
             phase_bound: false,
             equation: "F = part_per_decade·sign(V)·F_law·log10(1 + dwell/(1 s))·exp(-s/length), s from the start on",
         },
@@ -114,10 +116,21 @@ pub(super) const BREAKAWAY_DWELL: Definition = Definition {
             amplitudes: &[part("part", 0.2)],
             columns: |context, shape| {
                 let time = *shape.get(1)?;
-                rested(context, *shape.first()?, |dwell| -libm::expm1(-dwell / time))
+                rested(context, |n| context.steady.drag_n[n], *shape.first()?, |dwell| -libm::expm1(-dwell / time))
             },
             phase_bound: false,
             equation: "F = part·sign(V)·F_law·(1 - exp(-rest/dwell))·exp(-s/length)",
+        },
+        Form {
+            name: "seals",
+            shape: &[ratio("length_m", "m", 3e-5, 3e-3, 5), ratio("dwell_s", "s", 0.5, 500.0, 5)],
+            amplitudes: &[amplitude("drag_n", "N", Positive, 5.0)],
+            columns: |context, shape| {
+                let time = *shape.get(1)?;
+                rested(context, |_| 1.0, *shape.first()?, |dwell| -libm::expm1(-dwell / time))
+            },
+            phase_bound: false,
+            equation: "F = drag_n·sign(V)·(1 - exp(-rest/dwell))·exp(-s/length): of seals, which do not feel the load",
         },
     ],
     axis: "dwell",
@@ -129,7 +142,12 @@ pub(super) const BREAKAWAY_DWELL: Definition = Definition {
     simplicity: 5,
 };
 
-fn rested(context: &Context<'_>, length: f64, growth: impl Fn(f64) -> f64) -> Option<Columns> {
+fn rested(
+    context: &Context<'_>,
+    drag: impl Fn(usize) -> f64,
+    length: f64,
+    growth: impl Fn(f64) -> f64,
+) -> Option<Columns> {
     let mut last = (f64::NAN, 0.0);
     let mut column = vec![0.0; context.len()];
     for (n, force) in column.iter_mut().enumerate() {
@@ -140,7 +158,7 @@ fn rested(context: &Context<'_>, length: f64, growth: impl Fn(f64) -> f64) -> Op
             if last.0 != dwell {
                 last = (dwell, growth(dwell));
             }
-            *force = sign * context.steady.drag_n[n] * last.1 * libm::exp(-gone);
+            *force = sign * drag(n) * last.1 * libm::exp(-gone);
         }
     }
     shown(vec![column])
