@@ -35,6 +35,9 @@ const OUTSTANDING_OF_NOISE: f64 = 5.0;
 /// noise with tails throws far is no braking that lasts.
 const FARTHEST: f64 = 4.0;
 
+/// Part of that distance at which an average still lies in a burst.
+const HALF: f64 = 0.5;
+
 /// Fewest bursts that brake, and how many more for one that pushes.
 const FEWEST_BURSTS: usize = 3;
 const FOR_ONE_THAT_PUSHES: usize = 2;
@@ -144,10 +147,16 @@ impl Averages {
     /// How many stand out to this side, +1 for what brakes, and their squared force summed over rows, N². What begins within
     /// the length of an average is one.
     fn bursts(&self, side: f64) -> (usize, f64) {
-        let stands_out = |(at, x): (usize, &Option<f64>)| x.filter(|x| side * x > self.outstanding_n).map(|x| (at, x));
-        let standing: Vec<(usize, f64)> = self.from_others.iter().enumerate().filter_map(stands_out).collect();
-        let squares = standing.iter().filter_map(|(at, _)| self.in_full[*at]).map(|x| x * x * self.step as f64).sum();
-        (standing.chunk_by(|a, b| b.0 - a.0 <= OVERLAP).count(), squares)
+        let stands_out = |(at, x): (usize, &Option<f64>)| x.filter(|x| side * x > self.outstanding_n).map(|_| at);
+        let standing: Vec<usize> = self.from_others.iter().enumerate().filter_map(stands_out).collect();
+        // what lies across the end of one has a part of its force
+        let lies_in = |(clipped, full): &(&Option<f64>, &Option<f64>)| {
+            let is_beyond = |x: Option<f64>, share: f64| x.is_some_and(|x| side * x > share * self.outstanding_n);
+            is_beyond(**clipped, HALF) && is_beyond(**full, 1.0)
+        };
+        let parts = self.from_others.iter().zip(&self.in_full).filter(lies_in);
+        let squares = parts.filter_map(|(_, full)| *full).map(|x| x * x * self.step as f64).sum();
+        (standing.chunk_by(|a, b| b - a <= OVERLAP).count(), squares)
     }
 }
 

@@ -5,8 +5,9 @@
 //! 1. an autoregression of the order that the information criterion asks for (exact from the first row of a stretch
 //!    on: Durbin and Levinson's predictors of every lower order),
 //! 2. first-order shelves, one an octave, for the slow part that no short autoregression sees. Their heights come
-//!    from the Haar (Allan) variance of what stage 1 leaves. Towards rest the noise is never taken to fall, and a
-//!    variance that few differences tell is taken larger than it looks.
+//!    from the Haar (Allan) variance of what stage 1 leaves. Towards rest the noise is never taken to fall, a
+//!    variance that few differences tell is taken larger than it looks, and where a fit has followed most of what is slow
+//!    the noise is taken to rise on.
 //!
 //! Both are linear and the same for every column, so that a fit stays unbiased whatever they get wrong; what they get
 //! wrong about the size of the noise is the matter of [`crate::noise::locks`].
@@ -65,9 +66,13 @@ impl Whitening {
             }
             whitening.shelves = shelves(&rising(&told, levels));
         }
-        // of the noise itself the fit has followed a part
-        for (level, told) in told.iter_mut().enumerate().filter(|(level, _)| kept(*level) < FULLY_KEPT) {
+        for (level, told) in told.iter_mut().enumerate() {
+            // of the noise itself the fit has followed a part
             told.height /= kept(level);
+            // few differences: rather too much noise than too little
+            if told.freedom < MANY {
+                told.height *= 1.0 + 1.0 / told.freedom.sqrt();
+            }
         }
         whitening.shelves = shelves(&going_on(rising(&told, levels), &told, levels));
         whitening
@@ -246,13 +251,13 @@ struct Level {
 
 /// Part of the noise's slow power that a fit must keep for what it leaves to tell it, and the least number of differences.
 const LEAST_KEPT: f64 = 0.4;
-const LEAST_FREEDOM: f64 = 12.0;
+const LEAST_FREEDOM: f64 = 4.0;
 
-/// Part from which all is kept.
-const FULLY_KEPT: f64 = 0.9;
+/// Differences from which a variance is sure.
+const MANY: f64 = 200.0;
 
 /// Standard errors by which the noise must be seen to rise towards rest to be taken to rise on.
-const SURE_RISE: f64 = 1.0;
+const SURE_RISE: f64 = 1.5;
 
 /// Variance of Haar's differences, level by level: 1 at every level for white noise of variance 1. Rows that are missing
 /// take no part.

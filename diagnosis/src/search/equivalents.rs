@@ -136,6 +136,11 @@ fn is_with_more(rich: &Candidate, constant: &Candidate) -> bool {
         && constant.columns.iter().all(|column| left_by(column, &rich.columns) < SAME)
 }
 
+/// Whether two causes, each of one column, are one in this recording.
+pub(crate) fn is_alike(a: &Candidate, b: &Candidate) -> bool {
+    matches!((a.columns.as_slice(), b.columns.as_slice()), ([column], [_]) if left_by(column, &b.columns) < SAME)
+}
+
 /// Share of a column's square that others do not imitate.
 fn left_by(column: &[f32], others: &[Vec<f32>]) -> f64 {
     let others: Vec<&[f32]> = others.iter().map(Vec::as_slice).collect();

@@ -19,7 +19,7 @@ use crate::noise::rows::Rows;
 use crate::numbers::statistics::rms;
 use crate::search::adequacy::doubts;
 use crate::search::case::{Case, Given};
-use crate::search::equivalents::{Set, TIE};
+use crate::search::equivalents::{Set, TIE, is_alike};
 use crate::search::found::{Causes, Found};
 use crate::search::passes::{Kept, irrelevant_n, prepared};
 
@@ -53,7 +53,7 @@ pub(crate) fn law_alone<'s>(
     let mut found = beside(case, rows, &mut pool, &free, (&here, p), tolerated, None)?;
     if let Some(several) = &found
         && several.members.len() > 1
-        && let Some((set, there)) = one_instead(case, rows, several, &here, price)?
+        && let Some((set, there)) = one_instead(case, rows, (several, &pool), &here, price)?
     {
         let one = set.candidates[..1].to_vec();
         found = beside(case, rows, &mut pool, &one, (&there, p), tolerated, Some(set))?.or(found);
@@ -158,18 +158,21 @@ fn beside<'s>(
 }
 
 /// Causes each of which explains what several numbers of the law do together, but for less than they cost, and where the
-/// law comes to rest beside the first: of the rivals of each number those that are as good as the best.
+/// law comes to rest beside the first: of the rivals of each number, and of what this recording cannot tell from one of them,
+/// those that are as good as the best.
 fn one_instead(
     case: &Case<'_>,
     rows: &Rows,
-    several: &Found<'_>,
+    (several, pool): (&Found<'_>, &Pool),
     bottom: &Bottom,
     price: f64,
 ) -> Result<Option<(Set, Bottom)>, String> {
     let given = case.given.nominal.start();
     let saved = price * (several.members.len() - 1) as f64;
     let mut singles: Vec<(Candidate, Bottom)> = Vec::new();
-    for one in several.sets.iter().flat_map(|set| &set.candidates) {
+    let rivals: Vec<&Candidate> = several.sets.iter().flat_map(|set| &set.candidates).collect();
+    let alike = pool.causes.iter().filter(|cause| rivals.iter().any(|rival| is_alike(cause, rival)));
+    for one in rivals.iter().copied().chain(alike) {
         if singles.iter().any(|(other, _)| other.source.is_kin(&one.source)) {
             continue;
         }
