@@ -259,6 +259,9 @@ const MANY: f64 = 200.0;
 /// Standard errors by which the noise must be seen to rise towards rest to be taken to rise on.
 const SURE_RISE: f64 = 1.5;
 
+/// Most that it rises on by in an octave, that of 1/f: what rises faster where it is told is no noise.
+const MOST_RISE: f64 = 2.0;
+
 /// Variance of Haar's differences, level by level: 1 at every level for white noise of variance 1. Rows that are missing
 /// take no part.
 fn haar(stretches: &[Vec<f64>], levels: usize) -> Vec<Level> {
@@ -314,7 +317,7 @@ fn going_on(mut heights: Vec<f64>, told: &[Told], levels: usize) -> Vec<f64> {
     let [.., before, _, last] = told else { return heights };
     let error = (2.0 / before.freedom + 2.0 / last.freedom).sqrt();
     let ratio = heights[told.len() - 1] / heights[told.len() - 3];
-    let rise = (0.5 * (ratio.ln() - SURE_RISE * error)).exp().max(1.0);
+    let rise = (0.5 * (ratio.ln() - SURE_RISE * error)).exp().clamp(1.0, MOST_RISE);
     heights.truncate(told.len());
     while heights.len() < (levels + 1).min(MOST_SHELVES) {
         heights.push(rise * heights[heights.len() - 1]);
