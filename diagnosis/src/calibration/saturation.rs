@@ -51,7 +51,7 @@ impl Saturation {
             columns.extend(of_runs.iter().map(|column| averaged(rows, column)));
         }
         let mut all = Symmetric::zeros(columns.len());
-        fill(&mut all, &columns, 0);
+        fill(&mut all, &columns.iter().map(Vec::as_slice).collect::<Vec<_>>(), 0);
         let mut saturation = Saturation { curves, columns, products: all, kept: Vec::new() };
         saturation.kept = saturation.kept_of_noise(rows, contexts);
         saturation
@@ -89,8 +89,8 @@ impl Saturation {
         extra: &[Vec<f64>],
     ) -> Vec<f64> {
         let own: Vec<&Vec<f64>> = tangent.iter().chain(extra).collect();
-        let mut columns = self.columns.clone();
-        columns.extend(own.iter().map(|column| averaged(rows, column)));
+        let averaged_own: Vec<Vec<f32>> = own.iter().map(|column| averaged(rows, column)).collect();
+        let columns: Vec<&[f32]> = self.columns.iter().chain(&averaged_own).map(Vec::as_slice).collect();
         let mut a = Symmetric::zeros(columns.len());
         for i in 0..self.columns.len() {
             for j in 0..=i {
@@ -102,9 +102,8 @@ impl Saturation {
             let ridge = RIDGE * a.get(i, i);
             a.add(i, i, ridge);
         }
-        let all: Vec<&[f32]> = columns.iter().map(Vec::as_slice).collect();
         let plain = averaged(rows, mismatch);
-        let b = products(&all, &[&plain]);
+        let b = products(&columns, &[&plain]);
         let x = self.heights(&a, &b, products(&[&plain], &[&plain])[0]);
         let mut residual = mismatch.to_vec();
         let mut heights = x.as_slice();
@@ -179,10 +178,9 @@ fn add(sum: &mut Vec<f64>, more: &[f64]) {
 }
 
 /// Inner products of the columns from `first` on with all.
-fn fill(a: &mut Symmetric, columns: &[Vec<f32>], first: usize) {
-    let all: Vec<&[f32]> = columns.iter().map(Vec::as_slice).collect();
-    for (n, product) in products(&all[first..], &all).into_iter().enumerate() {
-        a.set(first + n / all.len(), n % all.len(), product);
+fn fill(a: &mut Symmetric, columns: &[&[f32]], first: usize) {
+    for (n, product) in products(&columns[first..], columns).into_iter().enumerate() {
+        a.set(first + n / columns.len(), n % columns.len(), product);
     }
 }
 

@@ -49,6 +49,8 @@ struct Stretch {
     /// Rows that are bridged, counted from the start of the stretch: never the first or the last.
     bridged: Vec<Range<usize>>,
     keep: Vec<bool>,
+    /// The same as intervals.
+    kept: Vec<Range<usize>>,
 }
 
 /// Stretches of one part of a run, one behind the other.
@@ -135,7 +137,8 @@ impl Rows {
                         .collect();
                     let bridged = gaps(&compared[range.clone()]);
                     if keep.iter().filter(|keep| **keep).count() >= 8 {
-                        rows.stretches.push(Stretch { run: index, group, rows: range, bridged, keep });
+                        let kept = runs_of_kept(&keep);
+                        rows.stretches.push(Stretch { run: index, group, rows: range, bridged, keep, kept });
                     }
                 }
                 rows.chains.extend(Chain::of(&rows.stretches, first, decimation));
@@ -210,7 +213,7 @@ impl Rows {
         let mut out = Vec::with_capacity(self.len());
         for stretch in &self.stretches {
             let x = self.averaged(stretch, column);
-            out.extend(x.iter().zip(&stretch.keep).filter(|(_, keep)| **keep).map(|(x, _)| *x));
+            stretch.kept.iter().for_each(|kept| out.extend_from_slice(&x[kept.clone()]));
         }
         out
     }
@@ -228,9 +231,12 @@ impl Rows {
                 let stretches = &self.stretches[chain.stretches.clone()];
                 let of = |column: &&[f64]| stretches.iter().map(|stretch| self.averaged(stretch, column)).collect();
                 let white = self.whitening.apply_all(columns.iter().map(of).collect(), course);
-                let keep = || stretches.iter().flat_map(|stretch| &stretch.keep);
-                for (out, x) in out.iter_mut().zip(&white) {
-                    out.extend(x.iter().zip(keep()).filter(|(_, keep)| **keep).map(|(x, _)| *x as f32));
+                for (out, mut x) in out.iter_mut().zip(white.iter().map(Vec::as_slice)) {
+                    for stretch in stretches {
+                        let (own, others) = x.split_at(stretch.keep.len());
+                        stretch.kept.iter().for_each(|kept| out.extend(own[kept.clone()].iter().map(|x| *x as f32)));
+                        x = others;
+                    }
                 }
             }
         }
@@ -417,6 +423,16 @@ impl Rows {
         }
         x.chunks(self.decimation).map(|chunk| chunk.iter().sum::<f64>() / chunk.len() as f64).collect()
     }
+}
+
+/// Intervals of rows that are kept.
+fn runs_of_kept(keep: &[bool]) -> Vec<Range<usize>> {
+    let mut start = 0;
+    let runs = keep.chunk_by(|a, b| a == b).map(|run| {
+        start += run.len();
+        (run[0], start - run.len()..start)
+    });
+    runs.filter(|(keep, _)| *keep).map(|(_, rows)| rows).collect()
 }
 
 fn scale(x: &[f64]) -> f64 {
