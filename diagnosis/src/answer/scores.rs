@@ -116,14 +116,21 @@ impl Scene<'_> {
     /// Whether all that was found is bound to the time of its recording: of another nothing is known but the law, which beside
     /// such curves may be led far from it.
     fn is_of_its_time(&self) -> bool {
-        self.found.members.iter().all(|member| is_of_its_time(&member.candidate.source))
+        (0..self.found.members.len()).all(|at| self.is_of_time(at))
+    }
+
+    /// Whether a member is a curve over the time that a recording took or the way that it went, of which another has its own, or
+    /// one that was fitted beside such a curve.
+    fn is_of_time(&self, at: usize) -> bool {
+        let members = &self.found.members;
+        is_curve(&members[at].candidate.source) && members.iter().any(|member| is_of_its_time(&member.candidate.source))
     }
 
     /// Whether a member is bound to places, or to a time, that another recording does not share.
     fn is_elsewhere(&self, at: usize, crosses: bool) -> bool {
         let source = &self.found.members[at].candidate.source;
         // of a clock another recording does not tell the time
-        crosses && (is_clock(source) || is_of_its_time(source) || (self.is_relative && source.is_phase_bound()))
+        crosses && (is_clock(source) || self.is_of_time(at) || (self.is_relative && source.is_phase_bound()))
     }
 
     /// Force of a member; `None` where no run shows it.
@@ -197,6 +204,10 @@ fn carriers(context: &Context<'_>) -> impl Iterator<Item = [f64; 4]> {
         let force = if force.is_finite() { *force } else { 0.0 };
         [1.0, *direction, force, direction * force]
     })
+}
+
+fn is_curve(source: &Source) -> bool {
+    matches!(source, Source::Story { .. })
 }
 
 /// Whether a curve follows the time that a recording took or the way that it went: another has its own.

@@ -96,6 +96,8 @@ pub(crate) struct Bench<'a> {
     products: Symmetric,
     /// Precision and pull of the tangent's columns.
     prior: Vec<(f64, f64)>,
+    /// Precision of the columns of curves without a story.
+    nameless: Vec<(usize, f64)>,
     /// Least and largest step of the law's numbers, where they have a range that no tolerance keeps them in.
     room: Vec<(f64, f64)>,
     pub(crate) tangent: Vec<Vec<f64>>,
@@ -134,6 +136,7 @@ impl<'a> Bench<'a> {
             base: Vec::new(),
             products: Symmetric::zeros(0),
             prior,
+            nameless: Vec::new(),
             room: Vec::new(),
             tangent: Vec::new(),
             largest: f64::INFINITY,
@@ -183,7 +186,9 @@ impl<'a> Bench<'a> {
     }
 
     fn prior_of(&self, column: usize) -> (f64, f64) {
-        self.prior.get(column - 1).copied().unwrap_or((0.0, 0.0))
+        let of_law = self.prior.get(column - 1).copied();
+        of_law.or_else(|| self.nameless.iter().find(|(of, _)| *of == column).map(|(_, precision)| (*precision, 0.0)))
+            .unwrap_or((0.0, 0.0))
     }
 
     pub(crate) fn fit(&self, active: &[usize]) -> Fit {
@@ -512,8 +517,17 @@ impl<'a> Bench<'a> {
     }
 
     /// Takes a candidate up.
+    ///
+    /// All columns of a curve without a story together are worth no more than what is missing: two such curves that cancel
+    /// where they were fitted are far off elsewhere.
     pub(crate) fn take(&mut self, candidate: Candidate) -> Member {
         let base = self.push(candidate.columns.clone());
+        if matches!(candidate.source, Source::Story { .. }) {
+            let missing = self.fit(&self.law()).rss / base.len() as f64;
+            let precision = |column: &usize| (*column, self.products.get(*column, *column) / missing);
+            let precisions: Vec<(usize, f64)> = base.iter().map(precision).collect();
+            self.nameless.extend(precisions);
+        }
         Member { candidate, base }
     }
 

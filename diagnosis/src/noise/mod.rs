@@ -59,9 +59,13 @@ impl Whitening {
             told.clear();
             for (level, (height, own)) in heights.iter_mut().zip(haar(&white, levels)).enumerate() {
                 *height *= own.variance;
-                let freedom = own.count as f64 * kept(level);
-                if told.len() == level && kept(level) >= LEAST_KEPT && freedom >= LEAST_FREEDOM {
-                    told.push(Told { height: *height, freedom });
+                let next = Told { height: *height, freedom: own.count as f64 * kept(level) };
+                if told.len() == level
+                    && kept(level) >= LEAST_KEPT
+                    && next.freedom >= LEAST_FREEDOM
+                    && !next.is_of_a_cause(&told, kept(level))
+                {
+                    told.push(next);
                 }
             }
             whitening.shelves = shelves(&rising(&told, levels));
@@ -262,6 +266,9 @@ const SURE_RISE: f64 = 1.5;
 /// Most that it rises on by in an octave, that of 1/f: what rises faster where it is told is no noise.
 const MOST_RISE: f64 = 2.0;
 
+/// Rise of the power of a force that walks at random, in an octave.
+const FASTEST_RISE: f64 = 4.0;
+
 /// Variance of Haar's differences, level by level: 1 at every level for white noise of variance 1. Rows that are missing
 /// take no part.
 fn haar(stretches: &[Vec<f64>], levels: usize) -> Vec<Level> {
@@ -297,6 +304,17 @@ struct Told {
     height: f64,
     /// Number of differences that tell it.
     freedom: f64,
+}
+
+impl Told {
+    /// Whether the power that is not that of the fastest rows rises faster, towards rest, than that of any noise, for sure.
+    fn is_of_a_cause(&self, before: &[Told], kept: f64) -> bool {
+        let [first, .., last] = before else { return false };
+        let sure = |told: &Told| (SURE_RISE * (2.0 / told.freedom).sqrt()).exp();
+        let highest = before.iter().map(|told| told.height).fold(0.0, f64::max) * sure(last);
+        let most = first.height + FASTEST_RISE * (highest - first.height);
+        self.height / kept > most * sure(self)
+    }
 }
 
 /// Heights of shelves, the first 1: towards rest the noise is never taken to fall, and where nothing is told it stays.
