@@ -14,6 +14,10 @@ use crate::report::Carried;
 /// Standard errors by which a share is on one side of a half.
 const SURE: f64 = 2.0;
 
+/// Standard error of a share from which these rows tell nothing of the cause: all of it and nothing look alike there, and what
+/// else is missing would be taken for many times it.
+const TELLS_NOTHING: f64 = 1.0;
+
 /// What is left on scored rows, whitened by the noise there, and what the law's own numbers do.
 pub(crate) struct Scored {
     rows: Rows,
@@ -46,10 +50,10 @@ impl Scored {
 
     fn share_of_white(&self, force: &[f32]) -> Option<Carried> {
         let of = products(&[force], &[force, &self.left]);
-        if !(of[0] > 0.0) {
+        let sigma = 1.0 / of[0].sqrt();
+        if !(sigma < TELLS_NOTHING) {
             return None;
         }
-        let sigma = 1.0 / of[0].sqrt();
         let share = 1.0 + of[1] / of[0];
         Some(Carried { share, ci95: [share - 1.96 * sigma, share + 1.96 * sigma] })
     }
@@ -109,7 +113,11 @@ mod tests {
         let alike: Vec<f64> = law.iter().zip(&force).map(|(law, force)| law + 0.01 * force).collect();
         let mut noise = Noise::new(6, 0);
         let left: Vec<f64> = law.iter().map(|_| 0.4 * noise.gaussian()).collect();
-        let carried = Scored::new(&rows, &left, std::slice::from_ref(&law), &[]).share(&alike).expect("it acts");
-        assert_eq!(is_there(&carried), None, "{carried:?}");
+        let carried = Scored::new(&rows, &left, std::slice::from_ref(&law), &[]).share(&alike);
+        assert_eq!(carried.and_then(|carried| is_there(&carried)), None);
+        // nor is what hardly acts there, whatever is left
+        let left: Vec<f64> = force.iter().map(|force| 3.0 * force + 0.4 * noise.gaussian()).collect();
+        let faint: Vec<f64> = force.iter().map(|force| 1e-3 * force).collect();
+        assert_eq!(Scored::new(&rows, &left, &[law], &[]).share(&faint), None);
     }
 }

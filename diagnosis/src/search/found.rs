@@ -15,6 +15,7 @@ use crate::search::case::Case;
 use crate::search::considered;
 use crate::search::equivalents::{self, Set};
 use crate::search::opening::{Asked, p_of};
+use crate::search::size_n;
 
 /// Way of the parameters, relative, from which the law is made linear anew.
 pub(crate) const FAR: f64 = 0.03;
@@ -137,9 +138,12 @@ impl<'s> Causes<'s> {
             bench = case.around(&bench.rows, start)?;
             members = again(&mut bench, members);
             fit = bench.fit_members(&members).standing(&bench.fit_beside_law(&members));
-            // what would pull the wrong way there is not there
-            let acts: Vec<bool> =
-                members.iter().map(|m| m.base.iter().any(|column| fit.value_of(*column) != 0.0)).collect();
+            // what would pull the wrong way there, or hardly acts, is not there
+            let acts = |(member, amplitudes): (&Member, &Vec<f64>)| {
+                let source = &member.candidate.source;
+                bench.is_spoken_for(source) || size_n(&bench, source, amplitudes) > self.irrelevant_n
+            };
+            let acts: Vec<bool> = members.iter().zip(&amplitudes(&members, &fit)).map(acts).collect();
             keep(&mut members, &acts);
             keep(&mut doubts, &acts);
             keep(&mut sets, &acts);

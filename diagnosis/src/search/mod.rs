@@ -567,7 +567,7 @@ pub(crate) fn is_relevant(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain,
 }
 
 /// RMS of a cause's force, N.
-fn size_n(bench: &Bench<'_>, source: &Source, amplitudes: &[f64]) -> f64 {
+pub(crate) fn size_n(bench: &Bench<'_>, source: &Source, amplitudes: &[f64]) -> f64 {
     let force = bench.force(source, amplitudes);
     if force.is_empty() { 0.0 } else { power(&bench.rows, &force).sqrt() }
 }
