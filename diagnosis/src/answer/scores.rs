@@ -120,10 +120,11 @@ impl Scene<'_> {
     }
 
     /// Whether a member is a curve over the time that a recording took or the way that it went, of which another has its own, or
-    /// one that was fitted beside such a curve.
+    /// something else without a name that was fitted beside such a curve.
     fn is_of_time(&self, at: usize) -> bool {
-        let members = &self.found.members;
-        is_curve(&members[at].candidate.source) && members.iter().any(|member| is_of_its_time(&member.candidate.source))
+        let Found { members, doubts, .. } = self.found;
+        let is_nameless = members[at].candidate.source.is_story() || doubts[at].is_some();
+        is_nameless && members.iter().any(|member| is_of_its_time(&member.candidate.source))
     }
 
     /// Whether a member is bound to places, or to a time, that another recording does not share.
@@ -204,10 +205,6 @@ fn carriers(context: &Context<'_>) -> impl Iterator<Item = [f64; 4]> {
         let force = if force.is_finite() { *force } else { 0.0 };
         [1.0, *direction, force, direction * force]
     })
-}
-
-fn is_curve(source: &Source) -> bool {
-    matches!(source, Source::Story { .. })
 }
 
 /// Whether a curve follows the time that a recording took or the way that it went: another has its own.

@@ -187,7 +187,8 @@ impl<'a> Bench<'a> {
 
     fn prior_of(&self, column: usize) -> (f64, f64) {
         let of_law = self.prior.get(column - 1).copied();
-        of_law.or_else(|| self.nameless.iter().find(|(of, _)| *of == column).map(|(_, precision)| (*precision, 0.0)))
+        of_law
+            .or_else(|| self.nameless.iter().find(|(of, _)| *of == column).map(|(_, precision)| (*precision, 0.0)))
             .unwrap_or((0.0, 0.0))
     }
 

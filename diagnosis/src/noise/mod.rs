@@ -59,16 +59,16 @@ impl Whitening {
             told.clear();
             for (level, (height, own)) in heights.iter_mut().zip(haar(&white, levels)).enumerate() {
                 *height *= own.variance;
-                let next = Told { height: *height, freedom: own.count as f64 * kept(level) };
-                if told.len() == level
-                    && kept(level) >= LEAST_KEPT
-                    && next.freedom >= LEAST_FREEDOM
-                    && !next.is_of_a_cause(&told, kept(level))
-                {
-                    told.push(next);
+                let freedom = own.count as f64 * kept(level);
+                if told.len() == level && kept(level) >= LEAST_KEPT && freedom >= LEAST_FREEDOM {
+                    told.push(Told { height: *height, freedom });
                 }
             }
             whitening.shelves = shelves(&rising(&told, levels));
+        }
+        for level in 1..told.len() {
+            let (before, [this, ..]) = told.split_at_mut(level) else { break };
+            this.height = this.height.min(kept(level) * most_of_noise(before));
         }
         for (level, told) in told.iter_mut().enumerate() {
             // of the noise itself the fit has followed a part
@@ -266,8 +266,9 @@ const SURE_RISE: f64 = 1.5;
 /// Most that it rises on by in an octave, that of 1/f: what rises faster where it is told is no noise.
 const MOST_RISE: f64 = 2.0;
 
-/// Rise of the power of a force that walks at random, in an octave.
+/// Rise of the power of a force that walks at random, in an octave, and standard errors by which what rises faster is no noise.
 const FASTEST_RISE: f64 = 4.0;
+const SURE_CAUSE: f64 = 2.0;
 
 /// Variance of Haar's differences, level by level: 1 at every level for white noise of variance 1. Rows that are missing
 /// take no part.
@@ -306,15 +307,13 @@ struct Told {
     freedom: f64,
 }
 
-impl Told {
-    /// Whether the power that is not that of the fastest rows rises faster, towards rest, than that of any noise, for sure.
-    fn is_of_a_cause(&self, before: &[Told], kept: f64) -> bool {
-        let [first, .., last] = before else { return false };
-        let sure = |told: &Told| (SURE_RISE * (2.0 / told.freedom).sqrt()).exp();
-        let highest = before.iter().map(|told| told.height).fold(0.0, f64::max) * sure(last);
-        let most = first.height + FASTEST_RISE * (highest - first.height);
-        self.height / kept > most * sure(self)
-    }
+/// Most power that noise has in the octave behind these: what it has more than its fastest rows rises no faster than a walk at
+/// random.
+fn most_of_noise(before: &[Told]) -> f64 {
+    let [first, .., last] = before else { return f64::INFINITY };
+    let sure = (SURE_CAUSE * (2.0 / last.freedom).sqrt()).exp();
+    let highest = before.iter().map(|told| told.height).fold(0.0, f64::max) * sure;
+    first.height + FASTEST_RISE * (highest - first.height)
 }
 
 /// Heights of shelves, the first 1: towards rest the noise is never taken to fall, and where nothing is told it stays.

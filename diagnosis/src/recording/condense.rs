@@ -11,7 +11,7 @@ use simulation::run::{Part, Run};
 use crate::numbers::rounding::quantum;
 
 /// Rows of all runs together from which they are averaged.
-const MOST_ROWS: usize = 60_000;
+const MOST_ROWS: usize = 120_000;
 
 /// Longest time that is averaged here, s: a law is no longer that of the averages where the speed changes within it.
 /// What is still too much then is averaged behind the law and the causes, by [`crate::noise::rows`].
