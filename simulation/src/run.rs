@@ -105,7 +105,7 @@ impl Run {
     /// Median distance of rows in time, s, of [some](AMONG) spread evenly over a long run; NaN below two rows of one part.
     pub fn step_s(&self) -> f64 {
         // odd: a logger that writes every second row late is not seen late alone
-        let every = self.len() / AMONG | 1;
+        let every = (self.len() / AMONG) | 1;
         let mut steps: Vec<f64> = self
             .parts
             .iter()

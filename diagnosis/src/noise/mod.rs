@@ -476,6 +476,18 @@ mod tests {
     }
 
     #[test]
+    fn noise_rises_as_fast_as_a_walk_at_random_and_no_faster() {
+        let told = |heights: &[f64]| -> Vec<Told> {
+            heights.iter().map(|height| Told { height: *height, freedom: 1e5 }).collect()
+        };
+        assert_eq!(most_of_noise(&told(&[1.0])), f64::INFINITY);
+        assert!(most_of_noise(&told(&[1.0, 1.0, 0.7])) < 1.1);
+        // what is not that of the fastest rows: 0.1, 0.4, 1.6
+        let walk = most_of_noise(&told(&[1.0, 1.1, 1.4, 2.6]));
+        assert!((7.4..7.6).contains(&walk), "{walk}");
+    }
+
+    #[test]
     fn white_noise_is_left_alone() {
         let whitening = Whitening::of(&[white(20_000, 5)], MAX_ORDER, &[]);
         assert!(whitening.order() <= 1);
