@@ -102,7 +102,7 @@ impl Run {
         parts.into_iter().map(|(_, rows)| rows).collect()
     }
 
-    /// Median distance of rows in time, s, of [some](AMONG) spread evenly over a long run; NaN below two rows of one part.
+    /// Median distance of rows in time, s, of some 16 000 spread evenly over a long run; NaN below two rows of one part.
     pub fn step_s(&self) -> f64 {
         // odd: a logger that writes every second row late is not seen late alone
         let every = (self.len() / AMONG) | 1;
