@@ -18,9 +18,10 @@ use simulation::mechanism::Id;
 
 use crate::fit::bench::{Bench, Member};
 use crate::fit::least_squares::Fit;
-use crate::fit::source::Source;
+use crate::fit::source::{Source, weighted};
 use crate::noise::rows::Gram;
 use crate::numbers::linear::{products, remove};
+use crate::numbers::statistics::scatter;
 use crate::search::load_law;
 
 /// Why a cause that explains much is not named.
@@ -32,6 +33,8 @@ pub(crate) enum Doubt {
     WithLoad,
     /// Only the end of what one of its numbers can be comes near.
     AtTheEnd(&'static str),
+    /// It acts after a turn more than along the stroke, where it would have to act.
+    HardlyAlongTheStroke,
     /// It changes as slowly as something beside it that has no name: one thing whose form is not known.
     BesideNameless,
 }
@@ -108,6 +111,9 @@ fn doubt(bench: &Bench<'_>, fit: &Fit, member: &Member, rest: &[f32], (most, lea
     if let Some(name) = ends.iter().find(|name| is_telling(&member.candidate.source, name)) {
         return Some(Doubt::AtTheEnd(name));
     }
+    if hardly_pulls(bench, fit, member) {
+        return Some(Doubt::HardlyAlongTheStroke);
+    }
     // what a structure is struck with, rolling among it, is not the same throughout, nor where a force lies between two steps
     if [Id::StructuralResonance, Id::ForceQuantisation].iter().any(|id| member.candidate.source.is(*id)) {
         return None;
@@ -130,6 +136,25 @@ fn doubt(bench: &Bench<'_>, fit: &Fit, member: &Member, rest: &[f32], (most, lea
         Some(name) if uneven > UNEVEN_BESIDE && uneven <= most => Some(Doubt::AtTheEnd(name)),
         _ => (uneven > most).then_some(Doubt::Uneven),
     }
+}
+
+/// Whether a chain bends with more force than it pulls with along the stroke: what is left of it then follows a turn as many
+/// things do.
+fn hardly_pulls(bench: &Bench<'_>, fit: &Fit, member: &Member) -> bool {
+    let source = &member.candidate.source;
+    let Source::Mechanism { definition, form, .. } = source else { return false };
+    if definition.id != Id::CableChain {
+        return false;
+    }
+    let Some(raw) = bench.raw(source) else { return false };
+    let force_n = |name: &str| {
+        let own = definition.forms[*form].amplitudes.iter().zip(&raw).zip(&member.base);
+        let own = own.filter(|((what, _), _)| what.name.starts_with(name));
+        let (columns, amplitudes): (Vec<_>, Vec<_>) =
+            own.map(|((_, column), base)| (column.clone(), fit.value_of(*base))).unzip();
+        if columns.is_empty() { 0.0 } else { scatter(&bench.rows.plain(&weighted(&columns, &amplitudes))) }
+    };
+    force_n("bending") > force_n("force_per_m")
 }
 
 /// Whether a member's size is the same throughout, as that of a small cause must be beside a large one.
