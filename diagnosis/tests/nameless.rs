@@ -101,3 +101,23 @@ fn air_is_found_once_and_simulated_on_another_recording() {
     let rms_n = (simulated.iter().enumerate().map(square).sum::<f64>() / simulated.len() as f64).sqrt();
     assert!(rms_n < 0.1, "{rms_n}");
 }
+
+#[test]
+fn a_chain_that_only_bends_stands_in_and_one_that_pulls_is_named() {
+    let of = |pull_n_m: f64| {
+        let chain = format!(
+            "[[mechanism]]\nid = \"cable-chain\"\nform = \"rolling\"\ndrag_n = 0.0\nbending_n = 1.5\n\
+             force_per_m_n_m = {pull_n_m:.1}\nforce_per_m2_n_m2 = 0.0\nforce_n = 0.0\nlength_m = 0.03\n"
+        );
+        let course = strokes();
+        let force =
+            Simulation::from_toml(&(GUIDE.to_owned() + &chain)).unwrap().force(&course.run, &course.motion).unwrap();
+        let mut noise = Noise::new(11, 0);
+        let drag_force_n = force.iter().map(|force| force + NOISE_N * noise.gaussian()).collect();
+        outcome(&Run { drag_force_n, ..course.run }, &Simulation::from_toml(GUIDE).unwrap()).diagnosis
+    };
+    let bends = of(0.0);
+    assert_eq!(ids(&bends), ["unknown"]);
+    assert!(bends.mechanisms[0].statement.contains("cable-chain comes nearest"), "{:?}", bends.mechanisms);
+    assert_eq!(ids(&of(60.0)), ["cable-chain"]);
+}

@@ -91,7 +91,7 @@ struct Scene<'a> {
 impl Scene<'_> {
     fn stages(&self, side: &Side<'_>, crosses: bool) -> Result<Stages, String> {
         let calibrated = side.residual(self.nominal, self.law_only)?;
-        let mut after = match crosses && self.is_of_its_time() {
+        let mut after = match crosses && self.is_all_of_its_time() {
             true => calibrated.clone(),
             false => self.with_members(side, crosses)?,
         };
@@ -115,23 +115,23 @@ impl Scene<'_> {
 
     /// Whether all that was found is bound to the time of its recording: of another nothing is known but the law, which beside
     /// such curves may be led far from it.
-    fn is_of_its_time(&self) -> bool {
-        (0..self.found.members.len()).all(|at| self.is_of_time(at))
+    fn is_all_of_its_time(&self) -> bool {
+        (0..self.found.members.len()).all(|at| self.is_of_its_time(at))
     }
 
     /// Whether a member is a curve over the time that a recording took or the way that it went, of which another has its own, or
     /// something else without a name that was fitted beside such a curve.
-    fn is_of_time(&self, at: usize) -> bool {
+    fn is_of_its_time(&self, at: usize) -> bool {
         let Found { members, doubts, .. } = self.found;
         let is_nameless = members[at].candidate.source.is_story() || doubts[at].is_some();
-        is_nameless && members.iter().any(|member| is_of_its_time(&member.candidate.source))
+        is_nameless && members.iter().any(|member| follows_time(&member.candidate.source))
     }
 
     /// Whether a member is bound to places, or to a time, that another recording does not share.
     fn is_elsewhere(&self, at: usize, crosses: bool) -> bool {
         let source = &self.found.members[at].candidate.source;
         // of a clock another recording does not tell the time
-        crosses && (is_clock(source) || self.is_of_time(at) || (self.is_relative && source.is_phase_bound()))
+        crosses && (is_clock(source) || self.is_of_its_time(at) || (self.is_relative && source.is_phase_bound()))
     }
 
     /// Force of a member; `None` where no run shows it.
@@ -208,6 +208,6 @@ fn carriers(context: &Context<'_>) -> impl Iterator<Item = [f64; 4]> {
 }
 
 /// Whether a curve follows the time that a recording took or the way that it went: another has its own.
-fn is_of_its_time(source: &Source) -> bool {
+fn follows_time(source: &Source) -> bool {
     matches!(source, Source::Story { curve } if matches!(curve.axis, Axis::Time | Axis::Travel))
 }

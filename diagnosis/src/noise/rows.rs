@@ -137,7 +137,7 @@ impl Rows {
                         .collect();
                     let bridged = gaps(&compared[range.clone()]);
                     if keep.iter().filter(|keep| **keep).count() >= 8 {
-                        let kept = runs_of_kept(&keep);
+                        let kept = stretches(&keep, 0);
                         rows.stretches.push(Stretch { run: index, group, rows: range, bridged, keep, kept });
                     }
                 }
@@ -423,16 +423,6 @@ impl Rows {
         }
         x.chunks(self.decimation).map(|chunk| chunk.iter().sum::<f64>() / chunk.len() as f64).collect()
     }
-}
-
-/// Intervals of rows that are kept.
-fn runs_of_kept(keep: &[bool]) -> Vec<Range<usize>> {
-    let mut start = 0;
-    let runs = keep.chunk_by(|a, b| a == b).map(|run| {
-        start += run.len();
-        (run[0], start - run.len()..start)
-    });
-    runs.filter(|(keep, _)| *keep).map(|(_, rows)| rows).collect()
 }
 
 fn scale(x: &[f64]) -> f64 {

@@ -18,7 +18,7 @@ use simulation::mechanism::Id;
 
 use crate::fit::bench::{Bench, Member};
 use crate::fit::least_squares::Fit;
-use crate::fit::source::{Source, weighted};
+use crate::fit::source::Source;
 use crate::noise::rows::Gram;
 use crate::numbers::linear::{products, remove};
 use crate::numbers::statistics::scatter;
@@ -146,13 +146,11 @@ fn hardly_pulls(bench: &Bench<'_>, fit: &Fit, member: &Member) -> bool {
     if definition.id != Id::CableChain {
         return false;
     }
-    let Some(raw) = bench.raw(source) else { return false };
     let force_n = |name: &str| {
-        let own = definition.forms[*form].amplitudes.iter().zip(&raw).zip(&member.base);
-        let own = own.filter(|((what, _), _)| what.name.starts_with(name));
-        let (columns, amplitudes): (Vec<_>, Vec<_>) =
-            own.map(|((_, column), base)| (column.clone(), fit.value_of(*base))).unzip();
-        if columns.is_empty() { 0.0 } else { scatter(&bench.rows.plain(&weighted(&columns, &amplitudes))) }
+        let own = definition.forms[*form].amplitudes.iter().zip(&member.base);
+        let amplitude = |what: &str, base| if what.starts_with(name) { fit.value_of(base) } else { 0.0 };
+        let amplitudes: Vec<f64> = own.map(|(what, base)| amplitude(what.name, *base)).collect();
+        scatter(&bench.rows.plain(&bench.force(source, &amplitudes)))
     };
     force_n("bending") > force_n("force_per_m")
 }
