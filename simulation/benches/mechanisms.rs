@@ -69,11 +69,7 @@ fn best_ms<T>(call: impl Fn() -> T) -> f64 {
 
 /// Shape parameters at a share of their ranges.
 fn at(form: &Form, share: f64) -> Vec<f64> {
-    let value = |p: &simulation::mechanism::ShapeParameter| match p.log {
-        true => p.from * (p.to / p.from).powf(share),
-        false => p.from + (p.to - p.from) * share,
-    };
-    form.shape.iter().map(value).collect()
+    form.shape.iter().map(|parameter| parameter.at(share)).collect()
 }
 
 /// Rests, reversals and strokes of 0.02 to 0.6 m/s, with every column that a mechanism asks for.

@@ -306,7 +306,11 @@ pub(crate) fn shape_deviation(bench: &Bench<'_>, fit: &Fit, member: &Member, k: 
     let mut own = member.candidate.clone();
     bench.prepare(&mut own, &fit.active);
     let top = bench.gain(&own, &fit).nats;
-    let span = if parameter.log { shape[k].abs() * 0.05 } else { (parameter.to - parameter.from) * 0.02 };
+    let span = match parameter.search {
+        _ if parameter.log => shape[k].abs() * 0.05,
+        Search::EitherSide => shape[k].abs() * 0.1,
+        _ => (parameter.to - parameter.from) * 0.02,
+    };
     let mut curvature = 0.0;
     for side in [-1.0, 1.0] {
         let mut moved = shape.clone();

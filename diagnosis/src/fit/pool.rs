@@ -262,7 +262,12 @@ fn grid_around(form: &Form, most: usize, stroke: (f64, f64), known: &dyn Fn(&str
             _ if known(parameter.name).is_some() => known(parameter.name).into_iter().collect(),
             Search::StrokeStart => vec![stroke.0],
             Search::StrokeEnd => vec![stroke.1],
-            Search::Grid | Search::AlongStroke | Search::AlongTravel | Search::SinceTurn | Search::Wave => (0..count)
+            Search::Grid
+            | Search::EitherSide
+            | Search::AlongStroke
+            | Search::AlongTravel
+            | Search::SinceTurn
+            | Search::Wave => (0..count)
                 .map(|k| if count == 1 { 0.5 } else { k as f64 / (count - 1) as f64 })
                 .map(|share| parameter.at(share))
                 .collect(),

@@ -303,6 +303,19 @@ impl<'a> Context<'a> {
         self.steady.load_per_ball_n.get(row).map_or(1.0, |q| q / 150.0)
     }
 
+    /// Share of the step to a row at which the motion turns; `None` where it goes on, or comes from rest.
+    ///
+    /// ```text
+    /// θ = V[n-1]/(V[n-1] - V[n]), the speed being straight between two rows
+    /// ```
+    ///
+    /// A friction jumps there, and is not straight between the rows.
+    pub(crate) fn turn(&self, row: usize) -> Option<f64> {
+        let before = row.checked_sub(1).filter(|_| !self.path.starts[row])?;
+        let (before, after) = (self.motion.velocity_m_s[before], self.motion.velocity_m_s[row]);
+        (before * after < 0.0).then(|| before / (before - after))
+    }
+
     /// Time since the row before, s; 0 where a clock jumped back.
     pub(crate) fn step_s(&self, row: usize) -> f64 {
         if row == 0 { 0.0 } else { (self.run.time_s[row] - self.run.time_s[row - 1]).max(0.0) }

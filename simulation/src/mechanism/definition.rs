@@ -69,7 +69,9 @@ pub struct Amplitude {
 pub enum Search {
     /// On a grid of equal steps or ratios first, then around the best of it.
     Grid,
-    /// The same up to twice the recorded stroke: a longer wave is a slope.
+    /// The same, the finer the closer to 0, which lies in the middle: `value = end·u³`, equal steps of u from -1 to 1.
+    EitherSide,
+    /// As [`Self::Grid`] up to twice the recorded stroke: a longer wave is a slope.
     AlongStroke,
     /// The same up to twice the recorded travel: a longer decay is a constant, and a seal's friction its simpler name.
     AlongTravel,
@@ -110,6 +112,8 @@ impl ShapeParameter {
     pub fn share_of(&self, value: f64) -> f64 {
         if self.log {
             (value / self.from).ln() / (self.to / self.from).ln()
+        } else if self.search == Search::EitherSide {
+            0.5 + 0.5 * (value / self.to).cbrt()
         } else {
             (value - self.from) / (self.to - self.from)
         }
@@ -118,7 +122,13 @@ impl ShapeParameter {
     /// The value that lies there.
     #[must_use]
     pub fn at(&self, share: f64) -> f64 {
-        if self.log { self.from * (self.to / self.from).powf(share) } else { self.from + (self.to - self.from) * share }
+        if self.log {
+            self.from * (self.to / self.from).powf(share)
+        } else if self.search == Search::EitherSide {
+            self.to * (2.0 * share - 1.0).powi(3)
+        } else {
+            self.from + (self.to - self.from) * share
+        }
     }
 }
 

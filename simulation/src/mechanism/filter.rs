@@ -1,9 +1,19 @@
-//! Linear filters over the rows of a run, exact for an input that is straight between two rows.
+//! Linear filters over the rows of a run, exact for an input that is straight between two rows, or jumps there once.
 
 use super::context::{Context, held};
 
 /// First-order lag, `τ dy/dt = u - y`; starts settled in every part.
 pub(super) fn lag(context: &Context<'_>, input: &[f64], time_s: f64) -> Vec<f64> {
+    lag_across(context, input, time_s, |_| None)
+}
+
+/// The same of a force that jumps where the motion turns, and stays on either side of that between two rows.
+pub(super) fn lag_of_force(context: &Context<'_>, input: &[f64], time_s: f64) -> Vec<f64> {
+    lag_across(context, input, time_s, |n| context.turn(n))
+}
+
+/// The same; `jump`: share of the step to a row at which the input jumps.
+fn lag_across(context: &Context<'_>, input: &[f64], time_s: f64, jump: impl Fn(usize) -> Option<f64>) -> Vec<f64> {
     let input = held(input);
     let (mut y, mut before) = (0.0, 0.0);
     let (mut width, mut decay) = (f64::NAN, 0.0);
@@ -15,9 +25,14 @@ pub(super) fn lag(context: &Context<'_>, input: &[f64], time_s: f64) -> Vec<f64>
             if !same(dt, width) {
                 (width, decay) = (dt, libm::exp(-dt / time_s));
             }
-            // the ramp is followed τ·slope behind
-            let behind = (u - before) / dt * time_s;
-            y = u - behind + (y - before + behind) * decay;
+            if let Some(share) = jump(n) {
+                let at_jump = before + (y - before) * libm::exp(-share * dt / time_s);
+                y = u + (at_jump - u) * libm::exp(-(1.0 - share) * dt / time_s);
+            } else {
+                // the ramp is followed τ·slope behind
+                let behind = (u - before) / dt * time_s;
+                y = u - behind + (y - before + behind) * decay;
+            }
         }
         before = *u;
         y

@@ -100,6 +100,11 @@ const fn steps(name: &'static str, unit: &'static str, from: f64, to: f64, grid:
     ShapeParameter { name, unit, from, to, log: false, grid, search: Search::Grid }
 }
 
+/// A shape parameter of either sign, on a grid that is the finer the closer to 0; `grid` is even, so that 0 is not on it.
+const fn either_side(name: &'static str, unit: &'static str, to: f64, grid: usize) -> ShapeParameter {
+    ShapeParameter { name, unit, from: -to, to, log: false, grid, search: Search::EitherSide }
+}
+
 /// The columns, unless every one is zero in every row: then the run does not show the mechanism.
 fn shown(columns: Columns) -> Option<Columns> {
     columns.iter().flatten().any(|x| *x != 0.0 && x.is_finite()).then_some(columns)

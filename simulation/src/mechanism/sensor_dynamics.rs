@@ -2,9 +2,9 @@
 
 use super::context::{Context, held};
 use super::definition::{Columns, Definition, Form, Kind};
-use super::filter::lag;
+use super::filter::{lag, lag_of_force};
 use super::id::Id;
-use super::{Free, amplitude, ratio, shown, steps, whole};
+use super::{Free, amplitude, either_side, ratio, shown, whole};
 
 /// S4: `τ dy/dt = F - y`.
 pub(super) const FORCE_LOWPASS: Definition = Definition {
@@ -47,8 +47,8 @@ pub(super) const FORCE_LOWPASS: Definition = Definition {
 
 /// What filters of a force leave of it, less the force.
 fn filtered(context: &Context<'_>, force: &[f64], time: f64, order: usize) -> Option<Columns> {
-    let mut out = held(force);
-    for _ in 0..order {
+    let mut out = lag_of_force(context, force, time);
+    for _ in 1..order {
         out = lag(context, &out, time);
     }
     shown(vec![context.rows(|n| out[n] - force[n])])
@@ -74,7 +74,7 @@ pub(super) const TIME_MISALIGNMENT: Definition = Definition {
         },
         Form {
             name: "shift",
-            shape: &[steps("delay_s", "s", -0.05, 0.05, 25)],
+            shape: &[either_side("delay_s", "s", 0.05, 24)],
             amplitudes: &[whole("part", 0.1)],
             columns: |context, shape| {
                 let late = shifted(context, &context.steady.force_n, *shape.first()?);
@@ -85,7 +85,7 @@ pub(super) const TIME_MISALIGNMENT: Definition = Definition {
         },
         Form {
             name: "held-shift",
-            shape: &[steps("delay_s", "s", -0.05, 0.05, 25)],
+            shape: &[either_side("delay_s", "s", 0.05, 24)],
             amplitudes: &[whole("part", 0.1)],
             columns: |context, shape| {
                 let late = shifted(context, &held_at_rest(context), *shape.first()?);
@@ -110,7 +110,7 @@ fn held_at_rest(context: &Context<'_>) -> Vec<f64> {
     held(&context.steady.force_n.iter().zip(&context.steady.direction).map(moving).collect::<Vec<_>>())
 }
 
-/// A force `delay` earlier, within the part; straight between rows.
+/// A force `delay` earlier, within the part; straight between rows but where the motion turns.
 fn shifted(context: &Context<'_>, force: &[f64], delay: f64) -> Vec<f64> {
     let (force, time) = (held(force), &context.run.time_s);
     let mut out = vec![0.0; context.len()];
@@ -125,7 +125,10 @@ fn shifted(context: &Context<'_>, force: &[f64], delay: f64) -> Vec<f64> {
             let next = (k + 1).min(last);
             let width = time[next] - time[k];
             let share = if width > 0.0 { ((wanted - time[k]) / width).clamp(0.0, 1.0) } else { 0.0 };
-            out[n] = force[k] + share * (force[next] - force[k]);
+            out[n] = match context.turn(next) {
+                Some(turn) => force[if share < turn { k } else { next }],
+                None => force[k] + share * (force[next] - force[k]),
+            };
         }
     }
     out

@@ -63,7 +63,12 @@ fn page() -> String {
         for form in definition.forms {
             let unit = |unit: &str| if unit.is_empty() { String::new() } else { format!(" {unit}") };
             let of = |p: &ShapeParameter| match p.search {
-                Search::Grid | Search::AlongStroke | Search::AlongTravel | Search::SinceTurn | Search::Wave => {
+                Search::Grid
+                | Search::EitherSide
+                | Search::AlongStroke
+                | Search::AlongTravel
+                | Search::SinceTurn
+                | Search::Wave => {
                     format!("`{}` {} to {}{}", p.name, number(p.from), number(p.to), unit(p.unit))
                 }
                 Search::StrokeStart | Search::StrokeEnd => format!("`{}`: an end of the stroke", p.name),

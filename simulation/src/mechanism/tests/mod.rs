@@ -82,10 +82,7 @@ pub(super) fn shapes(form: &Form) -> Vec<Vec<f64>> {
     let mut points = vec![Vec::new()];
     for p in form.shape {
         let count = p.grid.min(15);
-        let value = |k: usize| {
-            let share = k as f64 / (count - 1) as f64;
-            if p.log { p.from * (p.to / p.from).powf(share) } else { p.from + (p.to - p.from) * share }
-        };
+        let value = |k: usize| p.at(k as f64 / (count - 1) as f64);
         points = points
             .iter()
             .flat_map(|point| (0..count).map(move |k| point.iter().copied().chain([value(k)]).collect()))
@@ -136,6 +133,9 @@ fn every_definition_says_what_it_claims_and_what_would_prove_it_wrong() {
             assert!(!form.amplitudes.is_empty() && form.equation.starts_with(|c: char| !c.is_whitespace()), "{id}");
             for p in form.shape {
                 assert!(p.from < p.to && p.grid >= 2 && (!p.log || p.from > 0.0), "{id} {}", p.name);
+                for share in [0.0, 0.25, 0.5, 0.9, 1.0] {
+                    assert!((p.share_of(p.at(share)) - share).abs() < 1e-9, "{id} {}", p.name);
+                }
             }
             for a in form.amplitudes {
                 assert!(a.sign.allows(a.typical) && a.typical != 0.0, "{id} {}", a.name);

@@ -94,6 +94,22 @@ fn a_delay_is_a_delay_and_its_small_form_its_slope() {
     assert!((early[5000] - (of(5.0123) - of(5.0))).abs() < 1e-4);
 }
 
+/// Where the motion turns the friction jumps from one sign to the other, between two rows.
+#[test]
+fn a_turn_between_two_rows_is_a_jump_and_no_slope() {
+    let (dt, rows, turn) = (5e-3, 400, 200.3);
+    let mut run = recorded(rows, dt, |_| 0.0);
+    let speed = |n: usize| 0.01 * (turn - n as f64) * dt;
+    run.velocity_m_s = Some((0..rows).map(speed).collect());
+    run.simulated_force_n = Some((0..rows).map(|n| 20.0 * speed(n).signum()).collect());
+    let late = |delay: f64| column(&run, Id::TimeMisalignment, 1, &[delay])[202];
+    // 1.7 rows behind the turn
+    assert_eq!([late(1.6 * dt), late(1.8 * dt)], [0.0, 40.0]);
+    let tau = 3e-3;
+    let out = column(&run, Id::ForceLowpass, 0, &[tau])[201];
+    assert!((out - 40.0 * (-0.7 * dt / tau).exp()).abs() < 1e-9, "{out}");
+}
+
 /// At rest the law has no force: a late channel shows either none, or what the carriage stopped with.
 #[test]
 fn a_late_channel_shows_a_rest_late() {
