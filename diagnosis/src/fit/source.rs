@@ -69,6 +69,14 @@ impl Source {
         matches!(self, Source::Mechanism { form: 0, .. })
     }
 
+    /// Number of amplitudes that a form has; none of the law's own, and of a curve, which has its knots.
+    pub(crate) fn amplitudes(&self) -> usize {
+        match self {
+            Source::Mechanism { definition, form, .. } => definition.forms[*form].amplitudes.len(),
+            _ => 0,
+        }
+    }
+
     /// Number of shape parameters.
     pub(crate) fn shapes(&self) -> usize {
         match self {

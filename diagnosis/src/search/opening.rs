@@ -13,6 +13,10 @@ const SEEN_OF_NOISE: f64 = 37.0;
 const BEYOND_NOISE: f64 = 120.0;
 const BESIDE_IT: f64 = 0.25;
 
+/// Amplitudes from which what is tied to places is a table, and what is enough beside such an e-value of one.
+const TABLE: usize = 12;
+const BESIDE_IT_IN_EVERY_PASS: f64 = 0.02;
+
 /// The first lock spends three quarters of the evidence on folds that it does not test. Where the second is surer than it
 /// must be, its logarithm [`MORE`] times its level, the first need only be above its own over [`LESS`].
 const LESS: f64 = 2.0;
@@ -27,11 +31,17 @@ pub(crate) enum Asked {
     /// A curve follows anything: of clean recordings some have one that few blocks carry, of ln e 60. And what is tied to
     /// places is passed again and again.
     AllBlocks,
+    /// So does a table over places, which are passed again and again.
+    EveryPass,
 }
 
 impl Asked {
     pub(crate) fn of(source: &Source) -> Self {
-        if source.is_story() || source.is_phase_bound() { Asked::AllBlocks } else { Asked::FewBlocks }
+        match source {
+            _ if source.is_phase_bound() && source.amplitudes() >= TABLE => Asked::EveryPass,
+            _ if source.is_story() || source.is_phase_bound() => Asked::AllBlocks,
+            _ => Asked::FewBlocks,
+        }
     }
 }
 
@@ -45,11 +55,12 @@ pub(crate) fn is_open(asked: Asked, locks: &Locks, kinds: usize, points: usize) 
 
 /// Evidence in blocks, as a logarithm, that is enough beside an e-value.
 fn enough(asked: Asked, ln_e: f64, level: f64) -> f64 {
-    let way = match asked {
-        Asked::FewBlocks => ((ln_e - SEEN_OF_NOISE) / (BEYOND_NOISE - SEEN_OF_NOISE)).clamp(0.0, 1.0),
-        Asked::AllBlocks => f64::from(u8::from(ln_e > BEYOND_NOISE)),
+    let (way, beside_it) = match asked {
+        Asked::FewBlocks => (((ln_e - SEEN_OF_NOISE) / (BEYOND_NOISE - SEEN_OF_NOISE)).clamp(0.0, 1.0), BESIDE_IT),
+        Asked::AllBlocks => (f64::from(u8::from(ln_e > BEYOND_NOISE)), BESIDE_IT),
+        Asked::EveryPass => (f64::from(u8::from(ln_e > BEYOND_NOISE)), BESIDE_IT_IN_EVERY_PASS),
     };
-    level + way * (-BESIDE_IT.ln() - level)
+    level + way * (-beside_it.ln() - level)
 }
 
 /// Logarithm of evidence at which a lock opens for one of so many causes.
@@ -82,11 +93,13 @@ mod tests {
         assert!(!opens(37.0, 3e-4) && opens(79.0, 7.9e-3) && !opens(79.0, 9e-3));
         assert!(!is_open(Asked::AllBlocks, &Locks { ln_e: 79.0, p: 3e-4 }, 35, 1));
         assert!(opens(121.0, 0.2) && !opens(121.0, 0.3) && !opens(110.0, 0.2));
+        let of = |asked, p| is_open(asked, &Locks { ln_e: 150.0, p }, 35, 1);
+        assert!(of(Asked::AllBlocks, 0.1) && !of(Asked::EveryPass, 0.1) && of(Asked::EveryPass, 0.01));
         for points in [1, 150] {
             // on to where no noise reaches
             for at in 0..15_000 {
                 let locks = Locks { ln_e: 0.5 * f64::from(at % 300), p: (-0.5 * f64::from(at / 300)).exp() };
-                for asked in [Asked::FewBlocks, Asked::AllBlocks] {
+                for asked in [Asked::FewBlocks, Asked::AllBlocks, Asked::EveryPass] {
                     if is_open(asked, &locks, 35, points) {
                         let p = p_of(asked, &locks, 35, points);
                         assert!(p <= 1.0001 * ALPHA, "{locks:?}: {p}");
