@@ -72,7 +72,7 @@ pub(crate) fn doubts(bench: &Bench<'_>, fit: &Fit, members: &[Member]) -> Vec<Op
     let evidence = 0.5 * (bench.fit(&bench.law()).rss - fit.rss);
     let least = LEAST.max(LEAST_SHARE * evidence);
     let with = |limits| -> Vec<Option<Doubt>> {
-        members.iter().map(|member| doubt(bench, fit, member, &rest, limits)).collect()
+        (0..members.len()).map(|at| doubt(bench, fit, members, at, &rest, limits)).collect()
     };
     let mut found = with((UNEVEN, least));
     if members.iter().filter(|member| !member.candidate.source.is_story()).count() == 1 {
@@ -103,7 +103,15 @@ fn is_slow(source: &Source) -> bool {
     }
 }
 
-fn doubt(bench: &Bench<'_>, fit: &Fit, member: &Member, rest: &[f32], (most, least): (f64, f64)) -> Option<Doubt> {
+fn doubt(
+    bench: &Bench<'_>,
+    fit: &Fit,
+    members: &[Member],
+    at: usize,
+    rest: &[f32],
+    (most, least): (f64, f64),
+) -> Option<Doubt> {
+    let member = &members[at];
     if member.candidate.source.is_story() {
         return None;
     }
@@ -125,7 +133,7 @@ fn doubt(bench: &Bench<'_>, fit: &Fit, member: &Member, rest: &[f32], (most, lea
     if is_imitated {
         return None;
     }
-    if load_law::is_another(bench, fit, member, rest) {
+    if load_law::is_another(bench, fit, members, at, rest) {
         return Some(Doubt::WithLoad);
     }
     let (uneven, nats) = unevenness(bench, &force, rest);
