@@ -84,7 +84,7 @@ impl Balance {
         let bursts = if is_bare { bursts(side, &proof.own.calibrated) } else { None };
         let bursts = bursts.map(|bursts| (bursts.p, bursts.power_n2.min(0.9 * noise)));
         let (is_unsteady, p_steady, coherent) = match bursts {
-            Some((p, power)) if is_worth_it(power) => (true, p.min(unsteady.p), coherent.max(power)),
+            Some((p, power)) if power.sqrt() > found.irrelevant_n => (true, p.min(unsteady.p), coherent.max(power)),
             _ => (is_unsteady, unsteady.p, coherent),
         };
         let is_clipped = side.limit_n.is_some() && !is_known(Id::ForceSaturation);

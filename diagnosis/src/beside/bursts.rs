@@ -35,6 +35,11 @@ const OUTSTANDING_OF_NOISE: f64 = 5.0;
 /// noise with tails throws far is no braking that lasts.
 const FARTHEST: f64 = 4.0;
 
+/// The same, of [`OUTSTANDING`], of rows as they are, for an average that is half as far out without them: what is so high is one,
+/// however little of its height counts. Two of them are enough.
+const TOWERING: f64 = 3.0;
+const FEWEST_TOWERING: usize = 2;
+
 /// Part of that distance at which an average still lies in a burst.
 const HALF: f64 = 0.5;
 
@@ -76,20 +81,21 @@ pub(crate) fn bursts(side: &Side<'_>, left: &[f64]) -> Option<Bursts> {
 
 /// Those that last for about so long. `parts`: time between two rows, and the rows.
 fn of_length(parts: &[(f64, Vec<f64>)], averaged_s: f64, rows: usize) -> Option<Bursts> {
-    let (mut braking, mut pushing, mut averages, mut squares) = (0, 0, 0, 0.0);
+    let (mut braking, mut towering, mut pushing, mut averages, mut squares) = (0, 0, 0, 0, 0.0);
     for (step_s, part) in parts {
         let width = ((averaged_s / step_s).round() as usize).max(FEWEST_ROWS);
         let Some(part) = Averages::of(part, width) else { continue };
         averages += part.from_others.iter().flatten().count();
-        let (own, own_squares) = part.bursts(1.0);
-        braking += own;
-        pushing += part.bursts(-1.0).0;
-        squares += own_squares;
+        braking += part.bursts(1.0);
+        towering += part.towering(1.0);
+        pushing += part.bursts(-1.0);
+        squares += part.squares_n2(1.0);
     }
     let expected = averages as f64 * 0.5 * libm::erfc(OUTSTANDING_OF_NOISE / std::f64::consts::SQRT_2);
     let by_chance = expected.powf(braking as f64) / libm::tgamma(braking as f64 + 1.0);
-    (braking >= FEWEST_BURSTS + FOR_ONE_THAT_PUSHES * pushing)
-        .then(|| Bursts { power_n2: squares / rows.max(1) as f64, p: by_chance.min(1.0) })
+    let are_enough =
+        braking >= FEWEST_BURSTS + FOR_ONE_THAT_PUSHES * pushing || (towering >= FEWEST_TOWERING && pushing == 0);
+    are_enough.then(|| Bursts { power_n2: squares / rows.max(1) as f64, p: by_chance.min(1.0) })
 }
 
 /// Averages of one part.
@@ -144,19 +150,36 @@ impl Averages {
         })
     }
 
-    /// How many stand out to this side, +1 for what brakes, and their squared force summed over rows, N². What begins within
-    /// the length of an average is one.
-    fn bursts(&self, side: f64) -> (usize, f64) {
-        let stands_out = |(at, x): (usize, &Option<f64>)| x.filter(|x| side * x > self.outstanding_n).map(|_| at);
-        let standing: Vec<usize> = self.from_others.iter().enumerate().filter_map(stands_out).collect();
+    /// How many stand out to this side, +1 for what brakes. What begins within the length of an average is one.
+    fn bursts(&self, side: f64) -> usize {
+        self.count(|clipped, full| side * clipped > self.outstanding_n || self.towers(side, clipped, full))
+    }
+
+    /// How many of them tower.
+    fn towering(&self, side: f64) -> usize {
+        self.count(|clipped, full| self.towers(side, clipped, full))
+    }
+
+    fn towers(&self, side: f64, clipped: f64, full: f64) -> bool {
+        side * clipped > HALF * self.outstanding_n && side * full > TOWERING * self.outstanding_n
+    }
+
+    fn count(&self, is_one: impl Fn(f64, f64) -> bool) -> usize {
+        let told = |at: usize| Some((self.from_others[at]?, self.in_full[at]?));
+        let stands = |at: &usize| told(*at).is_some_and(|(clipped, full)| is_one(clipped, full));
+        let standing: Vec<usize> = (0..self.from_others.len()).filter(stands).collect();
+        standing.chunk_by(|a, b| b - a <= OVERLAP).count()
+    }
+
+    /// Squared force of those to this side, summed over rows, N².
+    fn squares_n2(&self, side: f64) -> f64 {
         // what lies across the end of one has a part of its force
         let lies_in = |(clipped, full): &(&Option<f64>, &Option<f64>)| {
             let is_beyond = |x: Option<f64>, share: f64| x.is_some_and(|x| side * x > share * self.outstanding_n);
             is_beyond(**clipped, HALF) && is_beyond(**full, 1.0)
         };
         let parts = self.from_others.iter().zip(&self.in_full).filter(lies_in);
-        let squares = parts.filter_map(|(_, full)| *full).map(|x| x * x * self.step as f64).sum();
-        (standing.chunk_by(|a, b| b - a <= OVERLAP).count(), squares)
+        parts.filter_map(|(_, full)| *full).map(|x| x * x * self.step as f64).sum()
     }
 }
 
@@ -193,6 +216,13 @@ mod tests {
         let thrown: Vec<f64> =
             red.iter().enumerate().map(|(n, x)| x + if n % 1900 == 1000 { 60.0 } else { 0.0 }).collect();
         assert_eq!(AVERAGED_S.map(|s| of_length(&parts(&thrown), s, 20_000)), [None; 4]);
+        let twice = |n: usize, height: f64| {
+            if (5000..5120).contains(&n) || (13_000..13_120).contains(&n) { height } else { 0.0 }
+        };
+        let two = |height: f64| red.iter().enumerate().map(|(n, x)| x + twice(n, height)).collect::<Vec<f64>>();
+        assert_eq!(of_length(&parts(&two(5.0)), 0.4, 20_000), None, "two that are no higher than noise may be");
+        let towering = of_length(&parts(&two(40.0)), 0.4, 20_000).expect("two that tower");
+        assert!((8.0..20.0).contains(&towering.power_n2), "{towering:?}");
         let shaken: Vec<f64> = red.iter().enumerate().map(|(n, x)| x + jams(n) - jams(n + 1450)).collect();
         assert_eq!(of_length(&parts(&shaken), 0.4, 20_000), None, "what pushes as often as it brakes");
     }
