@@ -519,3 +519,18 @@ fn a_filter_is_found_where_the_drive_holds_its_force_at_rest() {
     let time = found.mechanisms[0].parameters.iter().find(|parameter| parameter.name == "time_s").unwrap();
     assert!((time.value / 0.02 - 1.0).abs() < 0.2, "{time:?}");
 }
+
+/// Along a stroke the force hardly changes with time: only where it starts and stops does one that is late show.
+#[test]
+fn a_force_that_is_late_is_late_although_the_law_hardly_changes_along_the_stroke() {
+    let simulation = simulation("[tolerance]\nrelevance = 0.02\n");
+    let speeds_m_s = vec![0.02, 0.03, 0.04, 0.05, 0.06, 0.08];
+    let with_rests = Staircase { speeds_m_s, length_m: 0.15, pause_s: 1.0, order: Order::Both, ..Staircase::default() };
+    let mut run = recorded(&simulation, with_rests.course(200.0, &USUAL).unwrap(), nothing);
+    let on_time = outcome(&run, &simulation).diagnosis;
+    assert_eq!(ids(&on_time), [""; 0], "{on_time:#?}");
+    run.drag_force_n.rotate_right(1);
+    let late = outcome(&run, &simulation).diagnosis;
+    assert_eq!(ids(&late), ["time-misalignment"], "{late:#?}");
+    assert!((number(&late) - 0.005).abs() < 1e-3, "{late:#?}");
+}

@@ -212,6 +212,12 @@ impl Edges {
         self.late_s.abs() > SPEAKS * self.late_error_s && !self.has_tail()
     }
 
+    /// How much likelier they are with a force that is late or fades, nats.
+    pub(crate) fn nats(&self) -> f64 {
+        let square = |errors: f64| 0.5 * errors * errors;
+        square(self.late_s / self.late_error_s).max(square(self.tail_s / self.tail_error_s))
+    }
+
     /// p-value of "the force is neither late nor fades".
     pub(crate) fn p(&self) -> f64 {
         let p = |errors: f64| libm::erfc(errors.abs() / std::f64::consts::SQRT_2);

@@ -75,6 +75,8 @@ pub(crate) fn of(
             .filter(|(index, gain)| {
                 let source = &pool.causes[*index].source;
                 gain.score > own_score - far
+                    // what starts and stops speak for, nothing else is as good as
+                    && (!bench.is_spoken_for(&own.source) || bench.is_spoken_for(source))
                     && !source.is_kin(&own.source)
                     && !others.iter().any(|other| other.candidate.source.is_kin(source))
             })

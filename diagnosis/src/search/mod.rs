@@ -71,6 +71,9 @@ const MORE_MASS: f64 = 1.3;
 /// Highest order at which a wave repeats that is taken for the wave itself.
 const ORDERS: f64 = 4.0;
 
+/// Detail along the rail, in lengths of a wave, from which it follows nothing of that wave.
+const COARSE: f64 = 2.0;
+
 /// Numbers less that make a cause the simpler one.
 const MUCH: usize = 3;
 
@@ -164,7 +167,7 @@ fn take_up(
         let chosen = short
             .into_iter()
             .find(|(candidate, gain)| gain.score > 0.0 && holds(bench, pool, candidate, gain, members, floor))
-            .or_else(|| spoken_for(bench, pool, &fit, tolerances, members, floor));
+            .or_else(|| spoken_for(bench, pool, &fit, tolerances, members));
         let Some(chosen) = chosen else { return };
         if let Some((at, richer)) = best_upgrade(bench, pool, members, chosen.1.score) {
             members[at] = bench.take(richer);
@@ -190,15 +193,15 @@ fn spoken_for(
     fit: &Fit,
     tolerances: &Tolerances<'_>,
     members: &[Member],
-    floor: Floor,
 ) -> Option<(Candidate, Gain)> {
-    if bench.edges.is_none() || members.iter().any(|member| bench.is_spoken_for(&member.candidate.source)) {
+    let edges = bench.edges?;
+    if members.iter().any(|member| bench.is_spoken_for(&member.candidate.source)) {
         return None;
     }
     let order = pool.ranked_causes(bench, fit, tolerances);
     let (index, _) = order.into_iter().find(|(index, _)| bench.is_spoken_for(&pool.causes[*index].source))?;
     let (candidate, gain) = refine(bench, &pool.causes[index], fit);
-    (gain.score > 0.0 && is_relevant(bench, &candidate, &gain, floor)).then_some((candidate, gain))
+    (gain.score + edges.nats() > 0.0).then_some((candidate, gain))
 }
 
 /// Whether a candidate may be named beside the members: real and worth it.
@@ -207,7 +210,8 @@ fn spoken_for(
 /// cannot tell a parameter that is free from one that is not.
 fn holds(bench: &Bench<'_>, pool: &Pool, candidate: &Candidate, gain: &Gain, members: &[Member], floor: Floor) -> bool {
     if bench.is_spoken_for(&candidate.source) {
-        return is_relevant(bench, candidate, gain, floor);
+        // where they speak the whole force is there or not, in rows that are not compared
+        return true;
     }
     let tiny = if is_periodic(&candidate.source) { FURTHER_WAVE } else { FURTHER_IF_EVEN };
     let is_tiny = gain.nats < tiny * (imitable(bench, candidate, members) + gain.nats);
@@ -310,8 +314,25 @@ fn locks_beside_leavings(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, 
     Some(bench.locks_beside(candidate, gain, members, &leavings))
 }
 
-/// Drops, the weakest first, members that do not hold beside the others.
+/// Drops, the weakest first, members that do not hold beside the others. Where none is left, the best that holds alone stays:
+/// two that follow one another may each hold only without the other.
 fn prune(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>, floor: Floor) {
+    let before = members.clone();
+    drop_failing(bench, pool, members, floor);
+    if !members.is_empty() || before.len() < 2 {
+        return;
+    }
+    let fit = bench.fit(&bench.law());
+    let alone = before.into_iter().filter_map(|member| {
+        let mut own = member.candidate.clone();
+        bench.prepare(&mut own, &fit.active);
+        let gain = bench.gain(&own, &fit);
+        (gain.score > 0.0 && holds(bench, pool, &own, &gain, &[], floor)).then_some((gain.score, member))
+    });
+    members.extend(alone.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, member)| member));
+}
+
+fn drop_failing(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>, floor: Floor) {
     loop {
         let failing = (0..members.len())
             .filter_map(|at| {
@@ -348,9 +369,33 @@ fn imitable(bench: &Bench<'_>, candidate: &Candidate, members: &[Member]) -> f64
     0.5 * (bench.fit_members(&others).rss - bench.fit_members(members).rss)
 }
 
-/// Whether a candidate could follow what the form of a member leaves.
+/// Whether a candidate could follow what the form of a member leaves. Of a wave that is harmonics and sidebands, which only
+/// what is tied to places follows, and nothing that is much coarser than the wave is long.
 pub(crate) fn may_leave(member: &Member, candidate: &Candidate) -> bool {
-    candidate.source.is_phase_bound() || !is_periodic(&member.candidate.source)
+    let is_fine = || match (wavelength_m(&member.candidate.source), detail_m(&candidate.source)) {
+        (Some(wave_m), Some(detail_m)) => detail_m < COARSE * wave_m,
+        _ => true,
+    };
+    !is_periodic(&member.candidate.source) || (candidate.source.is_phase_bound() && is_fine())
+}
+
+/// Length of a wave, m.
+fn wavelength_m(source: &Source) -> Option<f64> {
+    match source {
+        Source::Mechanism { definition, form, shape } if is_wave(&definition.forms[*form]) => shape.first().copied(),
+        _ => None,
+    }
+}
+
+/// Finest detail along the rail that how a rail is bent has, m: the shortest order of its wave, or the distance of the entries of its table.
+fn detail_m(source: &Source) -> Option<f64> {
+    let Source::Mechanism { definition, shape, .. } = source else { return None };
+    let amplitudes = source.amplitudes() as f64;
+    match (definition.id, shape.as_slice()) {
+        (Id::RailStraightness, [wave_m]) => Some(wave_m / (0.5 * amplitudes)),
+        (Id::RailStraightness, [from_m, to_m]) => Some((to_m - from_m) / (amplitudes - 1.0)),
+        _ => None,
+    }
 }
 
 fn is_periodic(source: &Source) -> bool {
@@ -434,11 +479,7 @@ fn is_twin(a: &Source, b: &Source, tolerances: &Tolerances<'_>) -> bool {
 
 /// Whether a cause is a wave that is an order of another wave that is already there.
 fn is_order(there: &Source, new: &Source, span_m: f64) -> bool {
-    let length = |source: &Source| match source {
-        Source::Mechanism { definition, form, shape } if is_wave(&definition.forms[*form]) => shape.first().copied(),
-        _ => None,
-    };
-    let (Some(there), Some(new)) = (length(there), length(new)) else { return false };
+    let (Some(there), Some(new)) = (wavelength_m(there), wavelength_m(new)) else { return false };
     let order = (there / new).round();
     (1.0..=ORDERS).contains(&order) && (1.0 / new - order / there).abs() * span_m < 0.5
 }
@@ -540,9 +581,8 @@ fn straighten(bench: &mut Bench<'_>, members: &mut Vec<Member>) {
 fn drop_idle(bench: &Bench<'_>, members: &mut Vec<Member>) {
     loop {
         let scores: Vec<f64> = (0..members.len()).map(|at| bench.beside(members, at).gain.score).collect();
-        let Some(at) =
-            (0..scores.len()).filter(|at| scores[*at] < 0.0).min_by(|a, b| scores[*a].total_cmp(&scores[*b]))
-        else {
+        let is_idle = |at: &usize| scores[*at] < 0.0 && !bench.is_spoken_for(&members[*at].candidate.source);
+        let Some(at) = (0..scores.len()).filter(is_idle).min_by(|a, b| scores[*a].total_cmp(&scores[*b])) else {
             return;
         };
         members.remove(at);
@@ -570,4 +610,24 @@ pub(crate) fn is_relevant(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain,
 pub(crate) fn size_n(bench: &Bench<'_>, source: &Source, amplitudes: &[f64]) -> f64 {
     let force = bench.force(source, amplitudes);
     if force.is_empty() { 0.0 } else { power(&bench.rows, &force).sqrt() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_coarser_than_a_wave_follows_nothing_of_it() {
+        let of = |id: Id, form: usize, shape: &[f64]| Source::Mechanism {
+            definition: definition(id),
+            form,
+            shape: shape.to_vec(),
+        };
+        let ripple = wavelength_m(&of(Id::DriveRipple, 1, &[0.005])).expect("a wave");
+        let profile = detail_m(&of(Id::RailStraightness, 2, &[0.1, 1.04])).expect("a profile");
+        assert!((profile - 0.02).abs() < 1e-12 && profile > COARSE * ripple);
+        let orders = detail_m(&of(Id::RailStraightness, 1, &[0.3])).expect("a wave of three orders");
+        assert!((orders - 0.1).abs() < 1e-12);
+        assert_eq!(detail_m(&of(Id::RailJoint, 0, &[0.3])), None);
+    }
 }
