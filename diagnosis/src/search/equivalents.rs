@@ -85,8 +85,9 @@ pub(crate) fn of(
             .collect();
         for index in rivals {
             let (rival, gain) = refine(bench, &pool.causes[index], fit);
-            // that a name has more numbers speaks against it only where they bend
-            let is_plain = rival.source.is_minimal() && rival.source.shapes() == 0;
+            // that a name has more numbers speaks against it only where they bend, or are many
+            let is_plain =
+                rival.source.shapes() == 0 && (rival.source.is_minimal() || rival.freedom() <= own.freedom() + 1);
             let is_within_a_row = [(own, own_gain), (&rival, &gain)]
                 .iter()
                 .all(|(late, gain)| late_by_s(late, gain).is_some_and(|late_s| late_s.abs() < bench.step_s));
