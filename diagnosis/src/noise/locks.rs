@@ -251,7 +251,7 @@ mod tests {
         let noise = columns(0.0, 9).remove(0);
         let at = |entry: usize, block: usize, n: usize| match entry {
             0..8 => f32::from(u8::from(n % 8 == entry)),
-            _ if fold_of(block) == entry - 8 => f32::from(u8::from(n % 3 == 0)),
+            _ if fold_of(block) == entry - 8 => f32::from(u8::from(n.is_multiple_of(3))),
             _ => 1e-4,
         };
         let table: Vec<Vec<f32>> = (0..12).map(|entry| (0..4000).map(|n| at(entry, n / 100, n)).collect()).collect();
