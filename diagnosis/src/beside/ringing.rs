@@ -143,7 +143,9 @@ impl Listened {
                 }
                 _ => None,
             });
-            if struck.is_none() && !peak.is_rolled {
+            let is_one =
+                if peak.is_high { struck.is_some() || peak.is_rolled } else { struck.is_some() && peak.is_rolled };
+            if !is_one {
                 return None;
             }
             let damping = struck.map_or(DAMPINGS[0], |(.., damping)| damping);

@@ -29,6 +29,9 @@ const STANDS_OUT: f64 = 2.0;
 /// stands out by seven and more, and a sweep over a tenth of its frequency to either side by five.
 const AT_EVERY_SPEED: f64 = 6.0;
 
+/// The same where both reversals and rolling strike it, which nothing else does: a carriage that creeps strikes little.
+const STRUCK_BY_BOTH: f64 = 2.5;
+
 /// A peak of one run alone has few pieces: its p-value, and its height in the middle one of them. What rings stands out by
 /// five and more in that one, what sweeps and a ripple at changing speed by less than twice.
 const IN_ONE_RUN: f64 = 1e-6;
@@ -37,27 +40,35 @@ const IN_EVERY_PIECE: f64 = 3.0;
 /// Speeds of both halves that differ by less tell nothing of that ..
 const APART: f64 = 1.5;
 
-/// .. and nothing of how the power grows with the speed.
+/// .. and what stands out in few pieces only must do so at speeds that differ by as much to be told from what sweeps.
 const FAR_APART: f64 = 4.0;
 
-/// Standard deviations by which it must have grown.
+/// Standard deviations by which power must have grown with the speed.
 const SURELY: f64 = 3.0;
 
-/// Spectra of pieces of a residual, and their average, of the slower half of them and of the faster.
-struct Halves {
-    slow: Vec<f64>,
-    fast: Vec<f64>,
-    each: [Vec<Vec<f64>>; 2],
-    /// Mean speed of the faster over that of the slower.
-    apart: f64,
+/// Entries to either side of a peak that are of it.
+const FLANK: usize = 2;
+
+/// A stretch of a residual.
+struct Piece {
+    /// Mean speed meanwhile, m/s.
+    speed_m_s: f64,
+    /// Power at every frequency.
+    power: Vec<f64>,
 }
 
-/// Averaged spectra of a residual, and of each of its runs: in a quiet one rings what a loud one drowns.
+/// Pieces of a run.
+struct Stretch {
+    pieces: Vec<Piece>,
+    /// Their power at most frequencies: in a quiet run rings what a loud one drowns.
+    loudness: f64,
+}
+
+/// Averaged spectra of a residual, of all runs and of each.
 pub(crate) struct Spectra {
     /// Rows of a piece over their rate: the inverse of the distance of two entries, s.
     pub(crate) window_s: f64,
-    all: Halves,
-    runs: Vec<Halves>,
+    runs: Vec<Stretch>,
 }
 
 /// What stands out at every speed.
@@ -68,77 +79,78 @@ pub(crate) struct Peak {
     pub(crate) p: f64,
     /// Whether it surely has more power where the carriage is faster: what rolling strikes has, a hum of the mains has not.
     pub(crate) is_rolled: bool,
+    /// Whether it stands out as nothing else does at every speed.
+    pub(crate) is_high: bool,
 }
 
-impl Halves {
-    /// Of pieces that start at a row and have a mean speed.
-    fn of(mut pieces: Vec<(usize, f64)>, spectrum: impl Fn(usize) -> Vec<f64>) -> Self {
-        pieces.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let (slower, faster) = pieces.split_at(pieces.len() / 2);
-        let each = [slower, faster].map(|pieces| pieces.iter().map(|(start, _)| spectrum(*start)).collect::<Vec<_>>());
-        let [slow, fast] = each.each_ref().map(|pieces| {
-            let mut power = vec![0.0; pieces.first().map_or(0, Vec::len)];
-            for piece in pieces {
-                power.iter_mut().zip(piece).for_each(|(power, x)| *power += x / pieces.len() as f64);
-            }
-            power
-        });
-        let speed =
-            |pieces: &[(usize, f64)]| pieces.iter().map(|(_, speed)| speed).sum::<f64>() / pieces.len().max(1) as f64;
-        Halves { apart: speed(faster) / speed(slower), slow, fast, each }
+/// Mean of spectra, each over how loud it is.
+fn mean<'a>(spectra: impl ExactSizeIterator<Item = (&'a Piece, f64)>) -> Vec<f64> {
+    let number = spectra.len() as f64;
+    let mut mean = Vec::new();
+    for (piece, loudness) in spectra {
+        mean.resize(piece.power.len(), 0.0);
+        mean.iter_mut().zip(&piece.power).for_each(|(mean, power)| *mean += power / (loudness * number));
     }
+    mean
+}
 
-    /// Height of an entry over the median around it.
-    fn height(power: &[f64], k: usize) -> f64 {
-        let around = power[k - k / 4..(k + k / 4 + 1).min(power.len())].to_vec();
-        power[k] / median(around).unwrap_or(0.0).max(f64::MIN_POSITIVE)
-    }
+/// Height of an entry over the median around it.
+fn height(power: &[f64], k: usize) -> f64 {
+    let around = power[k - k / 4..(k + k / 4 + 1).min(power.len())].to_vec();
+    power[k] / median(around).unwrap_or(0.0).max(f64::MIN_POSITIVE)
+}
 
-    /// Pieces of either half.
-    fn pieces(&self) -> usize {
-        self.each[0].len()
-    }
+/// Entries of a peak.
+fn around(power: &[f64], at: usize) -> &[f64] {
+    &power[at.saturating_sub(FLANK)..(at + FLANK + 1).min(power.len())]
+}
 
-    /// Whether an entry stands out in half of the slow pieces and of the fast: what sweeps through it does so in a few.
-    fn is_steady(&self, at: usize) -> bool {
-        self.each.iter().all(|pieces| {
-            let heights: Vec<f64> = pieces.iter().map(|power| Self::height(power, at)).collect();
-            median(heights).is_some_and(|height| height > IN_EVERY_PIECE)
-        })
-    }
-
-    /// The peak at an entry, if it stands out in slow and in fast pieces.
-    fn at_every_speed(&self, at: usize) -> Option<Peak> {
-        let halves = [&self.slow, &self.fast];
-        if halves.iter().any(|power| at >= power.len()) {
-            return None;
-        }
-        let heights = halves.map(|power| Self::height(power, at));
-        if !(self.apart > APART) || heights.iter().any(|height| !(*height > AT_EVERY_SPEED)) {
-            return None;
-        }
-        let of_peak = |power: &[f64], height: f64| {
-            let around = &power[at.saturating_sub(2)..(at + 3).min(power.len())];
-            let floor = power[at] / height;
-            around.iter().map(|x| (x - floor).max(0.0)).sum::<f64>()
-        };
-        let [slow, fast] = [0, 1].map(|half| of_peak(halves[half], heights[half]));
-        let shares = slow / self.slow.iter().sum::<f64>() + fast / self.fast.iter().sum::<f64>();
-        // P(mean of n unit exponentials > h) < exp(-n(h - 1 - ln h)); pieces overlap by half
-        let nats: f64 = heights.iter().map(|h| 0.5 * self.pieces() as f64 * (h - 1.0 - h.ln())).sum();
-        // the logarithm of a mean of n unit exponentials scatters by 1/√n
-        let sure = SURELY * (4.0 / self.pieces() as f64).sqrt();
-        Some(Peak {
-            share: 0.5 * shares,
-            p: (self.slow.len() as f64 * (-nats).exp()).min(1.0),
-            is_rolled: self.apart > FAR_APART && (fast / slow).ln() > sure,
-        })
+impl Stretch {
+    fn of(pieces: Vec<Piece>) -> Self {
+        let loudness = median(mean(pieces.iter().map(|piece| (piece, 1.0)))).unwrap_or(0.0).max(f64::MIN_POSITIVE);
+        Stretch { pieces, loudness }
     }
 
     /// Power of all pieces.
     fn power(&self) -> f64 {
-        self.pieces() as f64 * (self.slow.iter().sum::<f64>() + self.fast.iter().sum::<f64>())
+        self.pieces.iter().flat_map(|piece| &piece.power).sum()
     }
+
+    /// Power of a peak beyond what is around it, of all pieces.
+    fn excess(&self, at: usize) -> f64 {
+        let mean = mean(self.pieces.iter().map(|piece| (piece, 1.0)));
+        let floor = mean[at] / height(&mean, at).max(f64::MIN_POSITIVE);
+        self.pieces.len() as f64 * around(&mean, at).iter().map(|power| power - floor).sum::<f64>()
+    }
+}
+
+/// Whether the power of a peak surely grows with the speed within the runs.
+fn grows_with_speed(runs: &[Stretch], at: usize) -> bool {
+    let (mut xx, mut xy, mut yy, mut number) = (0.0, 0.0, 0.0, 0.0);
+    for run in runs {
+        let points: Vec<(f64, f64)> = run
+            .pieces
+            .iter()
+            .map(|piece| (piece.speed_m_s.ln(), around(&piece.power, at).iter().sum::<f64>().ln()))
+            .filter(|(x, y)| x.is_finite() && y.is_finite())
+            .collect();
+        let centre = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / points.len().max(1) as f64;
+        let (mean_x, mean_y) = (centre(|p| p.0), centre(|p| p.1));
+        for (x, y) in &points {
+            xx += (x - mean_x) * (x - mean_x);
+            xy += (x - mean_x) * (y - mean_y);
+            yy += (y - mean_y) * (y - mean_y);
+        }
+        number += points.len().saturating_sub(1) as f64;
+    }
+    let scatter = (yy - xy * xy / xx).max(0.0) / (number - 1.0);
+    xy / xx > SURELY * (scatter / xx).sqrt()
+}
+
+/// Whether an entry stands out in half of some pieces: what sweeps through it does so in a few.
+fn is_steady(pieces: &[(&Piece, f64)], at: usize) -> bool {
+    median(pieces.iter().map(|(piece, _)| height(&piece.power, at)).collect())
+        .is_some_and(|height| height > IN_EVERY_PIECE)
 }
 
 impl Spectra {
@@ -159,8 +171,7 @@ impl Spectra {
             side.moving.motions.iter().flat_map(|motion| motion.velocity_m_s.iter().map(|v| v.abs())).collect();
         let speeds = rows.plain(&speeds);
         let starts = |group: &Range<usize>| (group.start..(group.end + 1).saturating_sub(window)).step_by(window / 2);
-        let mean = |start: usize| speeds[start..start + window].iter().sum::<f64>() / window as f64;
-        let of_run = |group: &Range<usize>| starts(group).map(|start| (start, mean(start))).collect::<Vec<_>>();
+        let speed = |start: usize| speeds[start..start + window].iter().sum::<f64>() / window as f64;
         let transform = FftPlanner::new().plan_fft_forward(window);
         let spectrum = |start: usize| {
             // Hann's window
@@ -172,33 +183,74 @@ impl Spectra {
             transform.process(&mut piece);
             piece[..window / 2].iter().map(Complex::norm_sqr).collect()
         };
-        Some(Spectra {
-            window_s: window as f64 * step_s,
-            all: Halves::of(rows.groups.iter().flat_map(of_run).collect(), spectrum),
-            runs: rows.groups.iter().map(|group| Halves::of(of_run(group), spectrum)).collect(),
-        })
+        let piece = |start: usize| Piece { speed_m_s: speed(start), power: spectrum(start) };
+        let runs = rows.groups.iter().filter(|group| group.len() >= window);
+        let runs = runs.map(|group| Stretch::of(starts(group).map(piece).collect())).collect();
+        Some(Spectra { window_s: window as f64 * step_s, runs })
     }
 
     /// Frequencies within a range, Hz, that stand out, the highest first.
     pub(crate) fn peaks(&self, from_hz: f64, to_hz: f64) -> Vec<f64> {
-        let both: Vec<f64> = self.all.slow.iter().zip(&self.all.fast).map(|(slow, fast)| slow + fast).collect();
+        let both = mean(self.pieces(&self.runs, |_| 1.0).into_iter());
         let within = |k: &usize| (from_hz..=to_hz).contains(&(*k as f64 / self.window_s));
         let heights: Vec<f64> =
-            (0..both.len()).map(|k| if k > 0 && within(&k) { Halves::height(&both, k) } else { 0.0 }).collect();
+            (0..both.len()).map(|k| if k > 0 && within(&k) { height(&both, k) } else { 0.0 }).collect();
         let found = peaks(&heights, PEAKS, 2, STANDS_OUT);
         found.into_iter().map(|k| k as f64 / self.window_s).collect()
     }
 
-    /// What stands out at a frequency, slow and fast: in all runs together or else in the one where it is surest.
+    /// What stands out at a frequency, slow and fast: in all runs together, in the one where it is surest or, less high, in all.
     pub(crate) fn at_every_speed(&self, hz: f64) -> Option<Peak> {
         let at = (hz * self.window_s).round() as usize;
-        self.all.at_every_speed(at).or_else(|| {
-            let of_run = |run: &Halves| {
-                let peak = run.at_every_speed(at).filter(|_| run.is_steady(at))?;
-                let p = peak.p * self.runs.len() as f64;
-                (p < IN_ONE_RUN).then(|| Peak { share: peak.share * run.power() / self.all.power(), p, ..peak })
-            };
-            self.runs.iter().filter_map(of_run).min_by(|a, b| a.p.total_cmp(&b.p))
-        })
+        let of_all = self.peak(&self.runs, at).map(|(peak, _)| peak);
+        if of_all.as_ref().is_some_and(|peak| peak.is_high) {
+            return of_all;
+        }
+        let of_run = |run: &Stretch| {
+            let (peak, is_steady) = self.peak(std::slice::from_ref(run), at)?;
+            let p = peak.p * self.runs.len() as f64;
+            (peak.is_high && is_steady && p < IN_ONE_RUN).then_some(Peak { p, ..peak })
+        };
+        self.runs.iter().filter_map(of_run).min_by(|a, b| a.p.total_cmp(&b.p)).or(of_all)
+    }
+
+    /// Pieces of runs, each with how loud it is.
+    fn pieces<'a>(&self, runs: &'a [Stretch], loudness: impl Fn(&Stretch) -> f64) -> Vec<(&'a Piece, f64)> {
+        let of_run = |run: &'a Stretch| {
+            let loudness = loudness(run);
+            run.pieces.iter().map(move |piece| (piece, loudness))
+        };
+        runs.iter().flat_map(of_run).collect()
+    }
+
+    /// The peak at an entry, if it stands out in slow and in fast pieces of runs, and whether it does in most of them.
+    fn peak(&self, runs: &[Stretch], at: usize) -> Option<(Peak, bool)> {
+        let mut pieces = self.pieces(runs, |run| run.loudness);
+        pieces.sort_by(|(a, _), (b, _)| a.speed_m_s.total_cmp(&b.speed_m_s));
+        let (slower, faster) = pieces.split_at(pieces.len() / 2);
+        let halves = [slower, faster];
+        let [slow_m_s, fast_m_s] =
+            halves.map(|half| half.iter().map(|(piece, _)| piece.speed_m_s).sum::<f64>() / half.len().max(1) as f64);
+        let apart = fast_m_s / slow_m_s;
+        let spectra = halves.map(|half| mean(half.iter().copied()));
+        if !(apart > APART) || spectra.iter().any(|power| at >= power.len()) {
+            return None;
+        }
+        let heights = spectra.each_ref().map(|power| height(power, at));
+        if heights.iter().any(|height| !(*height > STRUCK_BY_BOTH)) {
+            return None;
+        }
+        // P(mean of n unit exponentials > h) < exp(-n(h - 1 - ln h)); pieces overlap by half
+        let nats = |h: f64| 0.5 * slower.len() as f64 * (h - 1.0 - h.ln());
+        let evidence: f64 = heights.into_iter().map(nats).sum();
+        let is_steady = halves.iter().all(|half| is_steady(half, at));
+        let excess = runs.iter().map(|run| run.excess(at)).sum::<f64>().max(0.0);
+        let peak = Peak {
+            share: excess / self.runs.iter().map(Stretch::power).sum::<f64>(),
+            p: (spectra[0].len() as f64 * (-evidence).exp()).min(1.0),
+            is_rolled: (is_steady || apart > FAR_APART) && grows_with_speed(runs, at),
+            is_high: heights.iter().all(|height| *height > AT_EVERY_SPEED),
+        };
+        Some((peak, is_steady))
     }
 }
