@@ -81,16 +81,12 @@ fn moved(source: &Source) -> Vec<Source> {
         let values = match parameter.search {
             Search::Wave => [shape[k], shape[k] * (1.0 + OF_WAVE)],
             Search::StrokeStart | Search::StrokeEnd => continue,
-            _ if parameter.log => {
-                let ratio = libm::pow(parameter.to / parameter.from, 1.0 / steps);
-                [shape[k] / ratio, shape[k] * ratio]
-            }
             _ => {
-                let step = (parameter.to - parameter.from) / steps;
-                [shape[k] - step, shape[k] + step]
+                let share = parameter.share_of(shape[k]);
+                [-1.0, 1.0].map(|way| parameter.at((share + way / steps).clamp(0.0, 1.0)))
             }
         };
-        for value in values.map(|value| value.clamp(parameter.from, parameter.to)) {
+        for value in values {
             if (value - shape[k]).abs() > 1e-6 * shape[k].abs() {
                 let mut moved = shape.clone();
                 moved[k] = value;

@@ -17,8 +17,8 @@
 use crate::noise::rows::{FOLDS, Gram};
 use crate::numbers::linear::{Cholesky, Symmetric, dot};
 
-/// Entries from which an effect is a table.
-const TABLE: usize = 6;
+/// Entries from which an effect is a table whose entries shrink.
+const SHRINKING: usize = 6;
 
 /// What the two tests say.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,7 +90,7 @@ pub(crate) fn locks(gram: &Gram, known: usize, prior: &[(f64, f64)]) -> Locks {
 fn shrinking(train: &Symmetric, known: usize, prior: &[(f64, f64)], found: &[f64]) -> Vec<(f64, f64)> {
     let entries = known - 1..found.len();
     let mut shrinking = prior.to_vec();
-    if entries.len() < TABLE {
+    if entries.len() < SHRINKING {
         return shrinking;
     }
     let told = |entry: usize| train.get(entry + 1, entry + 1);
