@@ -154,6 +154,7 @@ fn stands_in(source: &Source, doubt: Doubt, share: f64) -> Finding {
         Doubt::WithLoad => "it does not grow with the load as that would".to_owned(),
         Doubt::HardlyAlongTheStroke => "it acts after a turn more than along the stroke".to_owned(),
         Doubt::BesideNameless => "something beside it that changes as slowly has no name".to_owned(),
+        Doubt::LessThanNameless => "something beside it that has no name explains more".to_owned(),
         Doubt::AtTheEnd(number) => format!("its {number} lies at the end of what it can be"),
     };
     Finding {

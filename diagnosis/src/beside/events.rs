@@ -21,6 +21,9 @@ const DURATIONS: i32 = 15;
 /// eleven; or of so high ones, fewer.
 const CHANCE: f64 = 4e-3;
 
+/// The same below which they surely brake, which no electrical spike does in both directions: twenty of twenty.
+const SURE_TO_BRAKE: f64 = 1e-6;
+
 /// Exponent of the heaviest tails that noise is granted, those of Student's t of three degrees of freedom.
 const TAIL: f64 = 3.0;
 
@@ -131,15 +134,15 @@ pub(crate) fn spots(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64
     if p > CHANCE {
         return None;
     }
-    if is_of_duration(&tracks, &lengths, best) || is_fixed(side, &tracks, &spots.braking) {
+    let is_sure_to_brake = at_least(spots.braking.len(), spots.pushing) < SURE_TO_BRAKE;
+    if is_of_duration(&tracks, &lengths, best, is_sure_to_brake) || is_fixed(side, &tracks, &spots.braking) {
         return None;
     }
     // what is as short as the contact of a ball, or shorter, nothing rolled over, and what is longer than all is no spot
     let longest_m = lengths.last().map_or(0.0, |(length_m, _)| *length_m);
-    let is_spot = |spots: &Spots| {
-        (1.01 * SHORTEST_M..0.99 * longest_m).contains(&spots.length_m.value) && spots.force_n.value > NOTHING_N
-    };
-    Some(described(&tracks, &lengths, best, p, left, side)).filter(is_spot)
+    let spots = described(&tracks, &lengths, best, p, left, side);
+    let is_one = (1.01 * SHORTEST_M..0.99 * longest_m).contains(&spots.length_m.value);
+    (is_one && spots.force_n.value > NOTHING_N).then_some(spots)
 }
 
 /// Numbers each √2 times the one before.
@@ -256,8 +259,9 @@ fn beyond(mut scores: Vec<f64>, highest_of_others: f64) -> f64 {
 }
 
 /// Whether spots may as well have one duration: pulses of some duration fit better, or, where too few spots are resolved
-/// for their lengths to tell, nearly as well. Noise makes a sum of scores scatter by the root of their number.
-fn is_of_duration(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize) -> bool {
+/// for their lengths to tell and their signs do not either, nearly as well. Noise makes a sum of scores scatter by the root
+/// of their number.
+fn is_of_duration(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize, is_sure_to_brake: bool) -> bool {
     let row_s = tracks.iter().map(|track| track.step_s).fold(f64::INFINITY, f64::min);
     let durations = ladder(row_s, DURATIONS).map(|duration_s| Pulses::of(tracks, Width::Duration(duration_s)).sum);
     let ahead = lengths.iter().map(|(_, pulses)| pulses.sum).fold(0.0, f64::max) - durations.fold(0.0, f64::max);
@@ -265,7 +269,7 @@ fn is_of_duration(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize) -> b
     let resolved = resolved(tracks, lengths, best);
     let speeds: Vec<f64> = resolved.iter().map(|(speed, _)| *speed).collect();
     if resolved.len() < FEW || scatter(&speeds) < SPREAD {
-        return ahead < (spots.len() as f64).sqrt();
+        return ahead < if is_sure_to_brake { 0.0 } else { (spots.len() as f64).sqrt() };
     }
     let own: Vec<f64> = resolved.iter().map(|(_, length)| *length).collect();
     ahead < 0.0 || line(&speeds.iter().copied().zip(own).collect::<Vec<_>>()).1 > LIKE_DURATION
@@ -285,6 +289,14 @@ fn resolved(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize) -> Vec<(f6
 fn own_length_m(lengths: &[(f64, Pulses)], (track, n): (usize, usize)) -> f64 {
     let score = |pulses: &Pulses| pulses.scores[track][n];
     lengths.iter().max_by(|a, b| score(&a.1).total_cmp(&score(&b.1))).map_or(0.0, |(length_m, _)| *length_m)
+}
+
+/// Length at which all spots together stand out most, m, if that is surely longer than the shortest: few rows of one do not
+/// tell how long it is.
+fn together_m(lengths: &[(f64, Pulses)], count: f64) -> Option<f64> {
+    let (_, shortest) = lengths.first()?;
+    let (longer_m, longer) = lengths.iter().max_by(|a, b| a.1.sum.total_cmp(&b.1.sum))?;
+    (longer.sum > shortest.sum + count.sqrt()).then_some(*longer_m)
 }
 
 /// Whether what brakes is met again where the block passes its place again.
@@ -341,10 +353,13 @@ fn described(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize, p: f64, l
             (n..scores.len()).take_while(is_reached).for_each(|m| rows[start + m] = true);
         }
     }
+    let of_each = typical(&of_spots_m);
+    let is_shortest = of_each.value < 1.01 * SHORTEST_M;
+    let together_m = if is_shortest { together_m(lengths, count) } else { None };
     Spots {
         // as many as chance, and places without number, make of them
         per_m: Number { value: count / travel_m.max(1e-9), relative: 1.0 / count.max(1.0).sqrt() },
-        length_m: typical(&of_spots_m),
+        length_m: Number { value: together_m.unwrap_or(of_each.value), ..of_each },
         force_n: typical(&heights_n),
         squares_n2,
         p,
@@ -377,6 +392,18 @@ fn typical(logarithms: &[f64]) -> Number {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn spots_of_few_rows_are_as_long_as_all_together_say() {
+        let pulses = |sum: f64| Pulses { scores: Vec::new(), braking: Vec::new(), pushing: 0, evidence: 0.0, sum };
+        let of = |sums: [f64; 3]| -> Vec<(f64, Pulses)> {
+            ladder(SHORTEST_M, 3).zip(sums).map(|(length_m, sum)| (length_m, pulses(sum))).collect()
+        };
+        let longest_m = ladder(SHORTEST_M, 3).last();
+        assert_eq!(together_m(&of([376.0, 380.0, 392.0]), 13.0), longest_m);
+        assert_eq!(together_m(&of([376.0, 377.0, 379.0]), 13.0), None);
+        assert_eq!(together_m(&of([376.0, 300.0, 200.0]), 13.0), None);
+    }
 
     /// Both sides have tails of the exponent that is granted: no more than a level's share of recordings falls below it.
     #[test]

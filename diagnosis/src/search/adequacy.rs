@@ -14,14 +14,16 @@
 //! Where the form says how the force grows with the load, a force that grows otherwise is another one: see
 //! [`load_law`](crate::search::load_law).
 
-use simulation::mechanism::Id;
+use simulation::mechanism::{Id, Kind};
 
 use crate::fit::bench::{Bench, Member};
 use crate::fit::least_squares::Fit;
 use crate::fit::source::Source;
+use crate::fit::spectrum::is_wave;
 use crate::noise::rows::Gram;
 use crate::numbers::linear::{products, remove};
 use crate::numbers::statistics::scatter;
+use crate::search::holds::size_n;
 use crate::search::load_law;
 
 /// Why a cause that explains much is not named.
@@ -37,13 +39,15 @@ pub(crate) enum Doubt {
     HardlyAlongTheStroke,
     /// It changes as slowly as something beside it that has no name: one thing whose form is not known.
     BesideNameless,
+    /// What has no name beside it explains more: it may be a part of that.
+    LessThanNameless,
 }
 
 /// Unevenness from which a name is doubted. Read off an opened trial (docs/trials/1): most right names stay
 /// below it, about half of the names that were given to what the library does not know lie above.
 const UNEVEN: f64 = 0.2;
 
-/// The same for a name with a number at its end, and for one beside a doubtful name.
+/// The same for a name with a number at its end, and for one beside a doubtful name or a curve without one.
 const UNEVEN_BESIDE: f64 = 0.1;
 
 /// The same for a name that no other stands beside, whose forms might leave what is uneven, and what sizes of their own must
@@ -79,10 +83,19 @@ pub(crate) fn doubts(bench: &Bench<'_>, fit: &Fit, members: &[Member]) -> Vec<Op
         let alone = with((UNEVEN_ALONE, least.max(LEAST_ALONE)));
         found.iter_mut().zip(alone).for_each(|(found, alone)| *found = found.or(alone));
     }
-    if found.iter().any(Option::is_some) {
-        // beside a doubtful name the others may be parts of the same thing
+    let has_curve = members.iter().any(|member| member.candidate.source.is_story());
+    if has_curve || found.iter().any(Option::is_some) {
+        // beside a doubtful name, or a curve without one, the others may be parts of the same thing
         let beside = with((UNEVEN_BESIDE, least));
         found.iter_mut().zip(beside).for_each(|(found, beside)| *found = found.or(beside));
+    }
+    let sizes: Vec<f64> = members.iter().map(|member| force_n(bench, fit, member)).collect();
+    let is_nameless = |at: usize| found[at].is_some() || members[at].candidate.source.is_story();
+    let most_n = (0..members.len()).filter(|at| is_nameless(*at)).map(|at| sizes[at]).fold(0.0, f64::max);
+    for at in 0..members.len() {
+        if sizes[at] < most_n && may_be_a_part(&members[at].candidate.source) {
+            found[at] = found[at].or(Some(Doubt::LessThanNameless));
+        }
     }
     let is_slow: Vec<bool> = members.iter().map(|member| is_slow(&member.candidate.source)).collect();
     let is_nameless = |at: usize| found[at].is_some() || members[at].candidate.source.is_story();
@@ -92,6 +105,19 @@ pub(crate) fn doubts(bench: &Bench<'_>, fit: &Fit, members: &[Member]) -> Vec<Op
         }
     }
     found
+}
+
+/// Whether a cause may be a part of a larger one that has no name: a wave is no part of what is smooth, and a sensor fault has
+/// a form of its own.
+fn may_be_a_part(source: &Source) -> bool {
+    matches!(source, Source::Mechanism { definition, form, .. }
+        if definition.kind == Kind::Physics && !is_wave(&definition.forms[*form]))
+}
+
+/// RMS force of a member, N.
+fn force_n(bench: &Bench<'_>, fit: &Fit, member: &Member) -> f64 {
+    let amplitudes: Vec<f64> = member.base.iter().map(|column| fit.value_of(*column)).collect();
+    size_n(bench, &member.candidate.source, &amplitudes)
 }
 
 /// Whether a cause changes over a whole session: what grows with the time, the travel and the heat of a machine that is used.
@@ -205,7 +231,7 @@ fn unevenness(bench: &Bench<'_>, force: &[f32], rest: &[f32]) -> (f64, f64) {
 }
 
 /// Numbers of a cause's shape that lie at an end of what they can be.
-fn numbers_at_their_end(source: &Source) -> Vec<&'static str> {
+pub(crate) fn numbers_at_their_end(source: &Source) -> Vec<&'static str> {
     let Source::Mechanism { definition, form, shape } = source else { return Vec::new() };
     let parameters = definition.forms[*form].shape.iter().zip(shape);
     parameters
@@ -223,7 +249,8 @@ pub(crate) fn is_long_and_at_its_end(source: &Source) -> bool {
 
 /// Whether the end of a number alone is enough to doubt: friction of seals and churned grease that grows faster than any
 /// seal or grease does, a structure that is too damped to ring, a chain that takes more than its own radius to bend, a film
-/// that starves within a stroke or recovers at once or never.
+/// that starves within a stroke or recovers at once or never, a shear stress that has stopped growing before the carriage
+/// moves, contacts that roll before they have given way at all.
 fn is_telling(source: &Source, name: &str) -> bool {
     let Source::Mechanism { definition, form, shape } = source else { return false };
     let parameters = definition.forms[*form].shape.iter().zip(shape);
@@ -231,7 +258,7 @@ fn is_telling(source: &Source, name: &str) -> bool {
     match (definition.id, name) {
         (Id::ViscousDrag, "exponent") | (Id::StructuralResonance, "damping") => is_upper,
         (Id::CableChain, "length_m") => is_upper,
-        (Id::Starvation, "length_m") => !is_upper,
+        (Id::Starvation | Id::Presliding, "length_m") | (Id::TractionSaturation, "speed_m_s") => !is_upper,
         (Id::Starvation, "recovery_s") => true,
         _ => false,
     }
@@ -243,16 +270,35 @@ mod tests {
 
     use super::*;
 
+    fn at(id: Id, name: &str, at: f64) -> Source {
+        let definition = definition(id);
+        let form = definition.forms.iter().position(|form| form.name == name).expect("a form");
+        let shape = definition.forms[form].shape.iter().map(|parameter| parameter.at(at)).collect();
+        Source::Mechanism { definition, form, shape }
+    }
+
+    #[test]
+    fn a_stress_that_never_grew_and_contacts_that_never_gave_way_are_doubted() {
+        for (id, number) in [(Id::TractionSaturation, "speed_m_s"), (Id::Presliding, "length_m")] {
+            assert!(is_telling(&at(id, "minimal", 0.0), number), "{id:?}");
+            assert!(!is_telling(&at(id, "minimal", 1.0), number), "{id:?}");
+        }
+    }
+
+    #[test]
+    fn a_wave_and_a_sensor_fault_are_no_part_of_what_has_no_name() {
+        let parts = [(Id::SealDrag, "minimal"), (Id::Stribeck, "minimal"), (Id::CableChain, "rolling")];
+        assert!(parts.iter().all(|(id, form)| may_be_a_part(&at(*id, form, 0.5))));
+        let others =
+            [(Id::DriveRipple, "minimal"), (Id::TimeMisalignment, "minimal"), (Id::ForceQuantisation, "minimal")];
+        assert!(!others.iter().any(|(id, form)| may_be_a_part(&at(*id, form, 0.5))));
+        assert!(!may_be_a_part(&Source::Shift { parameter: 0 }));
+    }
+
     #[test]
     fn only_a_number_that_the_minimal_form_has_not_is_given_up_at_its_end() {
-        let source = |id: Id, name: &str, at: f64| {
-            let definition = definition(id);
-            let form = definition.forms.iter().position(|form| form.name == name).expect("a form");
-            let shape = definition.forms[form].shape.iter().map(|parameter| parameter.at(at)).collect();
-            Source::Mechanism { definition, form, shape }
-        };
-        assert!(is_long_and_at_its_end(&source(Id::CableChain, "rolling", 1.0)));
-        assert!(!is_long_and_at_its_end(&source(Id::CableChain, "rolling", 0.5)));
-        assert!(!is_long_and_at_its_end(&source(Id::ViscousDrag, "minimal", 1.0)));
+        assert!(is_long_and_at_its_end(&at(Id::CableChain, "rolling", 1.0)));
+        assert!(!is_long_and_at_its_end(&at(Id::CableChain, "rolling", 0.5)));
+        assert!(!is_long_and_at_its_end(&at(Id::ViscousDrag, "minimal", 1.0)));
     }
 }

@@ -14,8 +14,8 @@ use crate::search::adequacy::Doubt;
 use crate::search::case::Case;
 use crate::search::considered;
 use crate::search::equivalents::{self, Set};
+use crate::search::holds::size_n;
 use crate::search::opening::{Asked, p_of};
-use crate::search::size_n;
 
 /// Way of the parameters, relative, from which the law is made linear anew.
 pub(crate) const FAR: f64 = 0.03;

@@ -8,7 +8,7 @@
 //! ```text
 //! passes       the search, and again around where it has led; case: what it is about
 //! (here)       one search; leavings: what the forms of its causes may leave
-//! opening      do both locks open?
+//! opening      do both locks open? holds: may a cause be named beside the others?
 //! adequacy     is what explains much what acts? load_law: does it feel the load as it must?
 //! open_set     what has no name here; clock: what repeats in time
 //! law_alone    the law's own numbers off, and nothing beside them
@@ -22,6 +22,7 @@ pub(crate) mod clock;
 pub(crate) mod considered;
 pub(crate) mod equivalents;
 pub(crate) mod found;
+pub(crate) mod holds;
 pub(crate) mod law_alone;
 pub(crate) mod leavings;
 pub(crate) mod load_law;
@@ -30,49 +31,21 @@ pub(crate) mod opening;
 pub(crate) mod passes;
 pub(crate) mod refit;
 
-use simulation::mechanism::{Id, Kind, definition};
+use simulation::mechanism::{Id, definition};
 
 use crate::fit::bench::{Bench, Beside, Candidate, Gain, Member, without};
 use crate::fit::least_squares::Fit;
 use crate::fit::pool::{Pool, Tolerances, ranked};
 use crate::fit::refine::refine;
-use crate::fit::rest::power;
 use crate::fit::source::Source;
-use crate::fit::spectrum::is_wave;
-use crate::noise::locks::Locks;
+use crate::search::holds::{FURTHER, Floor, holds, is_small, locks_beside_leavings, wavelength_m};
 use crate::search::opening::{Asked, MORE, is_open, level};
 
 /// Most causes that act together.
 const MOST: usize = 8;
 
-/// Share of all evidence below which a further cause is one only if its size is the same throughout: a form is an
-/// idealisation, and what it leaves of its own cause's force, up to a seventh of it, is a fiftieth in square.
-const FURTHER: f64 = 0.02;
-
-/// Share of all evidence below which that is not enough, and a cause must show beside what the [forms](crate::search::leavings) of
-/// others may leave as well: two standard deviations of what a form is wrong by, in square. A shift so small, which those
-/// imitate, is none.
-const FURTHER_IF_EVEN: f64 = 4.0 * leavings::WRONG * leavings::WRONG;
-
-/// The same of a wave along the rail, which no form leaves.
-const FURTHER_WAVE: f64 = 0.005;
-
-/// Share of a drift's force below which a constant beside it is what its curve misses.
-const MISSED_BY_A_CURVE: f64 = 0.2;
-
-/// Share of the evidence for a bent rail below which a joint is part of how it is bent, or the other way round: no wave or
-/// table is as sharp as a rail may be, and a joint is the sharpest profile that there is. One of a third of the bend's force
-/// has more.
-const ONE_PROFILE: f64 = 0.1;
-
-/// Mass of a structure that rings, of all that the drive accelerates, from which it is none: forms are wrong by some of it.
-const MORE_MASS: f64 = 1.3;
-
 /// Highest order at which a wave repeats that is taken for the wave itself.
 const ORDERS: f64 = 4.0;
-
-/// Detail along the rail, in lengths of a wave, from which it follows nothing of that wave.
-const COARSE: f64 = 2.0;
 
 /// Numbers less that make a cause the simpler one.
 const MUCH: usize = 3;
@@ -91,21 +64,6 @@ const BETTER: f64 = 3.0;
 
 /// Causes that are refined in every step.
 const SHORT_LIST: usize = 4;
-
-/// RMS force below which a cause is not worth a mention, N.
-#[derive(Clone, Copy)]
-pub(crate) struct Floor {
-    /// Of any cause.
-    pub(crate) any_n: f64,
-    /// Of all but the rounding itself: what is smaller cannot be told from it.
-    pub(crate) rounding_n: f64,
-}
-
-impl Floor {
-    fn of(&self, source: &Source) -> f64 {
-        if source.is(Id::ForceQuantisation) { self.any_n } else { self.any_n.max(self.rounding_n) }
-    }
-}
 
 /// What the search found.
 pub(crate) struct Found {
@@ -204,116 +162,6 @@ fn spoken_for(
     (gain.score + edges.nats() > 0.0).then_some((candidate, gain))
 }
 
-/// Whether a candidate may be named beside the members: real and worth it.
-///
-/// The evidence for a shift is what its tolerance would have to be stretched by. The data alone, which the locks ask,
-/// cannot tell a parameter that is free from one that is not.
-fn holds(bench: &Bench<'_>, pool: &Pool, candidate: &Candidate, gain: &Gain, members: &[Member], floor: Floor) -> bool {
-    if bench.is_spoken_for(&candidate.source) {
-        // where they speak the whole force is there or not, in rows that are not compared
-        return true;
-    }
-    let tiny = if is_periodic(&candidate.source) { FURTHER_WAVE } else { FURTHER_IF_EVEN };
-    let is_tiny = gain.nats < tiny * (imitable(bench, candidate, members) + gain.nats);
-    if matches!(candidate.source, Source::Shift { .. }) {
-        return !is_tiny && gain.score > (pool.kinds as f64).ln();
-    }
-    is_relevant(bench, candidate, gain, floor)
-        && !is_of_one_profile(bench, candidate, gain, members)
-        && !is_missed_by_a_curve(bench, candidate, gain, members)
-        && !rings_with_more_than_moves(bench, candidate, gain, members)
-        && shows(bench, pool, candidate, gain, members, is_tiny)
-}
-
-/// Whether both locks open for a candidate: as it is or, what is stricter but for the scatter that they bring, beside what the
-/// forms of others may leave; a tiny one must show both ways.
-fn shows(
-    bench: &Bench<'_>,
-    pool: &Pool,
-    candidate: &Candidate,
-    gain: &Gain,
-    members: &[Member],
-    is_tiny: bool,
-) -> bool {
-    let opens = is_open(
-        Asked::of(&candidate.source),
-        &bench.locks(candidate, gain, members),
-        pool.kinds,
-        pool.points_of(&candidate.source),
-    );
-    if opens != is_tiny {
-        return opens;
-    }
-    !members.is_empty() && shows_beside_leavings(bench, pool, candidate, gain, members)
-}
-
-/// Whether a candidate is a joint that only sharpens the profile of a rail that is bent anyway, or a bend that only rounds a
-/// joint.
-fn is_of_one_profile(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, members: &[Member]) -> bool {
-    let profile = [Id::RailJoint, Id::RailStraightness];
-    let Some(own) = profile.iter().position(|id| candidate.source.is(*id)) else { return false };
-    let other = profile[1 - own];
-    let Some(at) = members.iter().position(|member| member.candidate.source.is(other)) else { return false };
-    gain.nats < ONE_PROFILE * bench.beside(members, at).gain.nats
-}
-
-/// Whether a candidate is a constant that is small beside a drift: a curve of a few numbers does not start as steeply as a
-/// zero that settles.
-fn is_missed_by_a_curve(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, members: &[Member]) -> bool {
-    if ![Id::ForceOffset, Id::GravityTilt].iter().any(|id| candidate.source.is(*id)) {
-        return false;
-    }
-    let Some(drift) = members.iter().find(|member| member.candidate.source.is(Id::ForceDrift)) else { return false };
-    let fit = bench.fit_members(members);
-    let amplitudes: Vec<f64> = drift.base.iter().map(|column| fit.value_of(*column)).collect();
-    size_n(bench, &candidate.source, &gain.amplitudes)
-        < MISSED_BY_A_CURVE * size_n(bench, &drift.candidate.source, &amplitudes)
-}
-
-/// Whether a candidate is a structure that rings with more mass than the drive accelerates: what is fitted beside a mass at the
-/// corners of its ramps, where the acceleration is derived.
-fn rings_with_more_than_moves(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, members: &[Member]) -> bool {
-    let Some(ringing_kg) = mass_kg(&candidate.source, Id::StructuralResonance, &gain.amplitudes) else { return false };
-    let fit = bench.fit_members(members);
-    let moved_kg = members.iter().find_map(|member| {
-        let amplitudes: Vec<f64> = member.base.iter().map(|column| fit.value_of(*column)).collect();
-        mass_kg(&member.candidate.source, Id::Inertia, &amplitudes)
-    });
-    let known_kg = bench.contexts.first().map_or(0.0, |context| context.moved_mass_kg);
-    moved_kg.is_some_and(|moved_kg| ringing_kg > MORE_MASS * (moved_kg + known_kg))
-}
-
-/// Mass in the amplitudes of a cause, kg; `None` of another cause.
-fn mass_kg(source: &Source, id: Id, amplitudes: &[f64]) -> Option<f64> {
-    let Source::Mechanism { definition, form, .. } = source else { return None };
-    let masses = definition.forms[*form].amplitudes.iter().zip(amplitudes).filter(|(what, _)| what.unit == "kg");
-    (definition.id == id).then(|| masses.map(|(_, kg)| kg).sum())
-}
-
-/// Whether a cause is real beside what the forms of others may leave, too.
-pub(crate) fn shows_beside_leavings(
-    bench: &Bench<'_>,
-    pool: &Pool,
-    candidate: &Candidate,
-    gain: &Gain,
-    members: &[Member],
-) -> bool {
-    locks_beside_leavings(bench, candidate, gain, members).is_some_and(|locks| {
-        is_open(Asked::of(&candidate.source), &locks, pool.kinds, pool.points_of(&candidate.source))
-    })
-}
-
-/// The locks of a cause beside what the forms of others may leave. What a table along the rail follows has none: those few
-/// polynomials do not.
-fn locks_beside_leavings(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, members: &[Member]) -> Option<Locks> {
-    if candidate.source.is_phase_bound() {
-        return None;
-    }
-    let larger = members.iter().filter(|member| may_leave(member, candidate));
-    let leavings = leavings::columns(bench, &bench.fit_members(members), larger);
-    Some(bench.locks_beside(candidate, gain, members, &leavings))
-}
-
 /// Drops, the weakest first, members that do not hold beside the others. Where none is left, the best that holds alone stays:
 /// two that follow one another may each hold only without the other.
 fn prune(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>, floor: Floor) {
@@ -322,11 +170,8 @@ fn prune(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>, floor: Floor
     if !members.is_empty() || before.len() < 2 {
         return;
     }
-    let fit = bench.fit(&bench.law());
     let alone = before.into_iter().filter_map(|member| {
-        let mut own = member.candidate.clone();
-        bench.prepare(&mut own, &fit.active);
-        let gain = bench.gain(&own, &fit);
+        let Beside { own, gain, .. } = bench.beside(std::slice::from_ref(&member), 0);
         (gain.score > 0.0 && holds(bench, pool, &own, &gain, &[], floor)).then_some((gain.score, member))
     });
     members.extend(alone.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, member)| member));
@@ -355,52 +200,6 @@ fn drop_failing(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>, floor
         let Some((at, _)) = failing else { return };
         members.remove(at);
     }
-}
-
-/// Whether what a cause adds to a fit is no more than what the forms of others may leave of them.
-pub(crate) fn is_small(bench: &Bench<'_>, own: &Candidate, gain: &Gain, others: &[Member]) -> bool {
-    gain.nats < FURTHER * (imitable(bench, own, others) + gain.nats)
-}
-
-/// Evidence of members whose remains a candidate could follow, nats: what a wave leaves of itself is tied to the rail, and
-/// follows nothing else.
-fn imitable(bench: &Bench<'_>, candidate: &Candidate, members: &[Member]) -> f64 {
-    let others: Vec<Member> = members.iter().filter(|member| !may_leave(member, candidate)).cloned().collect();
-    0.5 * (bench.fit_members(&others).rss - bench.fit_members(members).rss)
-}
-
-/// Whether a candidate could follow what the form of a member leaves. Of a wave that is harmonics and sidebands, which only
-/// what is tied to places follows, and nothing that is much coarser than the wave is long.
-pub(crate) fn may_leave(member: &Member, candidate: &Candidate) -> bool {
-    let is_fine = || match (wavelength_m(&member.candidate.source), detail_m(&candidate.source)) {
-        (Some(wave_m), Some(detail_m)) => detail_m < COARSE * wave_m,
-        _ => true,
-    };
-    !is_periodic(&member.candidate.source) || (candidate.source.is_phase_bound() && is_fine())
-}
-
-/// Length of a wave, m.
-fn wavelength_m(source: &Source) -> Option<f64> {
-    match source {
-        Source::Mechanism { definition, form, shape } if is_wave(&definition.forms[*form]) => shape.first().copied(),
-        _ => None,
-    }
-}
-
-/// Finest detail along the rail that how a rail is bent has, m: the shortest order of its wave, or the distance of the entries of its table.
-fn detail_m(source: &Source) -> Option<f64> {
-    let Source::Mechanism { definition, shape, .. } = source else { return None };
-    let amplitudes = source.amplitudes() as f64;
-    match (definition.id, shape.as_slice()) {
-        (Id::RailStraightness, [wave_m]) => Some(wave_m / (0.5 * amplitudes)),
-        (Id::RailStraightness, [from_m, to_m]) => Some((to_m - from_m) / (amplitudes - 1.0)),
-        _ => None,
-    }
-}
-
-fn is_periodic(source: &Source) -> bool {
-    matches!(source, Source::Mechanism { definition, form, .. }
-        if definition.kind == Kind::Physics && is_wave(&definition.forms[*form]))
 }
 
 /// p-value of "nothing is missing": both tests, over every cause and every curve.
@@ -437,12 +236,13 @@ fn short_list(
 ) -> Vec<(Candidate, Gain)> {
     let mut order = pool.ranked_causes(bench, fit, tolerances);
     // what a member leaves of its own kind does not take part
-    order.retain(|(index, _)| {
-        !members.iter().any(|m| {
-            is_twin(&m.candidate.source, &pool.causes[*index].source, tolerances)
-                || is_order(&m.candidate.source, &pool.causes[*index].source, pool.span_m)
-        })
-    });
+    let is_left = |source: &Source| {
+        members
+            .iter()
+            .map(|member| &member.candidate.source)
+            .any(|there| is_twin(there, source, tolerances) || is_order(there, source, pool.span_m))
+    };
+    order.retain(|(index, _)| !is_left(&pool.causes[*index].source));
     let leading = order.first().map_or(0.0, |(_, gain)| gain.score);
     let mut list: Vec<(Candidate, Gain)> = order
         .into_iter()
@@ -598,36 +398,5 @@ pub(crate) fn polish(bench: &mut Bench<'_>, members: &mut [Member]) {
         let fit = bench.fit_members(&without(members, at));
         let (own, _) = refine(bench, &members[at].candidate, &fit);
         members[at] = bench.take(own);
-    }
-}
-
-/// Whether the force of a cause exceeds its floor.
-pub(crate) fn is_relevant(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, floor: Floor) -> bool {
-    size_n(bench, &candidate.source, &gain.amplitudes) > floor.of(&candidate.source)
-}
-
-/// RMS of a cause's force, N.
-pub(crate) fn size_n(bench: &Bench<'_>, source: &Source, amplitudes: &[f64]) -> f64 {
-    let force = bench.force(source, amplitudes);
-    if force.is_empty() { 0.0 } else { power(&bench.rows, &force).sqrt() }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_coarser_than_a_wave_follows_nothing_of_it() {
-        let of = |id: Id, form: usize, shape: &[f64]| Source::Mechanism {
-            definition: definition(id),
-            form,
-            shape: shape.to_vec(),
-        };
-        let ripple = wavelength_m(&of(Id::DriveRipple, 1, &[0.005])).expect("a wave");
-        let profile = detail_m(&of(Id::RailStraightness, 2, &[0.1, 1.04])).expect("a profile");
-        assert!((profile - 0.02).abs() < 1e-12 && profile > COARSE * ripple);
-        let orders = detail_m(&of(Id::RailStraightness, 1, &[0.3])).expect("a wave of three orders");
-        assert!((orders - 0.1).abs() < 1e-12);
-        assert_eq!(detail_m(&of(Id::RailJoint, 0, &[0.3])), None);
     }
 }

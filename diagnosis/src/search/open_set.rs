@@ -10,8 +10,8 @@ use crate::fit::pool::{Pool, Tolerances, ranked};
 use crate::fit::source::Source;
 use crate::numbers::statistics::line;
 use crate::search::clock::Clocks;
+use crate::search::holds::{Floor, is_relevant};
 use crate::search::opening::{Asked, is_open, p_of};
-use crate::search::{Floor, is_relevant};
 
 /// A curve must lead by this many nats ..
 const LEAD: f64 = 10.0;

@@ -12,8 +12,9 @@ use crate::numbers::statistics::rms;
 use crate::search::adequacy::{self, Doubt, doubts};
 use crate::search::case::{Case, Given};
 use crate::search::found::{Causes, FAR, Found, again, amplitudes};
+use crate::search::holds::{Floor, is_small, may_leave, shows_beside_leavings};
 use crate::search::open_set::{self, NoiseOf, is_clock};
-use crate::search::{self, Floor, search};
+use crate::search::search;
 
 /// A cause whose force is smaller than this share of the noise is not worth a mention.
 const FLOOR_OF_NOISE: f64 = 0.05;
@@ -31,6 +32,9 @@ pub(crate) const LEAST_SHARE: f64 = 0.005;
 
 /// [`LEAST_SHARE`] of one with little evidence of its own beside the others.
 pub(crate) const LEAST_SHARE_OF_SMALL: f64 = 0.035;
+
+/// [`LEAST_SHARE`] of one with a number at its end: no such cause comes near, and what a form leaves has no form of the library.
+const LEAST_SHARE_AT_ITS_END: f64 = 2.0 * LEAST_SHARE_OF_SMALL;
 
 /// Most searches.
 const MOST_PASSES: usize = 3;
@@ -173,7 +177,7 @@ fn drop_small(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>) {
         let forces: Vec<Vec<f64>> =
             members.iter().zip(&amplitudes).map(|pair| beyond(&bench.rows, &bench.tangent, &force(pair))).collect();
         let share = |at: usize| {
-            let leaving = |other: &usize| *other != at && search::may_leave(&members[*other], &members[at].candidate);
+            let leaving = |other: &usize| *other != at && may_leave(&members[*other], &members[at].candidate);
             let others = (0..members.len()).filter(leaving).map(|other| forces[other].as_slice());
             among(&std::iter::once(forces[at].as_slice()).chain(others).collect::<Vec<_>>())[0]
         };
@@ -182,10 +186,10 @@ fn drop_small(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>) {
             if bench.is_spoken_for(&members[at].candidate.source) {
                 return 0.0;
             }
-            let Beside { others, own, gain, .. } = bench.beside(members, at);
-            let is_small = search::is_small(bench, &own, &gain, &others)
-                && !search::shows_beside_leavings(bench, pool, &own, &gain, &others);
-            if is_small { LEAST_SHARE_OF_SMALL } else { LEAST_SHARE }
+            least_share(&members[at].candidate.source, || {
+                let Beside { others, own, gain, .. } = bench.beside(members, at);
+                is_small(bench, &own, &gain, &others) && !shows_beside_leavings(bench, pool, &own, &gain, &others)
+            })
         };
         let smallest = (0..members.len()).min_by(|a, b| shares[*a].total_cmp(&shares[*b]));
         match smallest.filter(|at| shares[*at] < least(*at)) {
@@ -193,6 +197,14 @@ fn drop_small(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>) {
             None => return,
         };
     }
+}
+
+/// Share of what all explain below which a cause is dropped.
+fn least_share(source: &Source, is_small: impl FnOnce() -> bool) -> f64 {
+    if !adequacy::numbers_at_their_end(source).is_empty() {
+        return LEAST_SHARE_AT_ITS_END;
+    }
+    if is_small() { LEAST_SHARE_OF_SMALL } else { LEAST_SHARE }
 }
 
 /// Replaces a form one of whose numbers lies at its end by the minimal one, where that number is none of it and the longer
@@ -231,4 +243,23 @@ fn doubted(
         return doubts(bench, &bench.fit_members(members), members);
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use simulation::mechanism::{Id, definition};
+
+    use super::*;
+
+    #[test]
+    fn a_number_at_its_end_asks_for_a_larger_share() {
+        let source = |at: f64| {
+            let definition = definition(Id::ViscosityTemperature);
+            let shape = definition.forms[0].shape.iter().map(|parameter| parameter.at(at)).collect();
+            Source::Mechanism { definition, form: 0, shape }
+        };
+        let shares = |is_small: bool| [0.0, 0.5, 1.0].map(|at| least_share(&source(at), || is_small));
+        assert_eq!(shares(false), [LEAST_SHARE_AT_ITS_END, LEAST_SHARE, LEAST_SHARE_AT_ITS_END]);
+        assert_eq!(shares(true), [LEAST_SHARE_AT_ITS_END, LEAST_SHARE_OF_SMALL, LEAST_SHARE_AT_ITS_END]);
+    }
 }

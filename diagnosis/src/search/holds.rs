@@ -1,0 +1,292 @@
+//! Whether a cause may be named beside those that are there: real, worth it, and not what another one's form leaves.
+//!
+//! The evidence for a shift is what its tolerance would have to be stretched by. The data alone, which the locks ask,
+//! cannot tell a parameter that is free from one that is not.
+
+use simulation::mechanism::{Id, Kind};
+
+use crate::fit::bench::{Bench, Candidate, Gain, Member};
+use crate::fit::pool::Pool;
+use crate::fit::rest::power;
+use crate::fit::source::Source;
+use crate::fit::spectrum::is_wave;
+use crate::noise::locks::Locks;
+use crate::search::leavings;
+use crate::search::opening::{Asked, is_open};
+
+/// Share of all evidence below which a further cause is one only if its size is the same throughout: a form is an
+/// idealisation, and what it leaves of its own cause's force, up to a seventh of it, is a fiftieth in square.
+pub(crate) const FURTHER: f64 = 0.02;
+
+/// Share of all evidence below which that is not enough, and a cause must show beside what the [forms](crate::search::leavings) of
+/// others may leave as well: two standard deviations of what a form is wrong by, in square. A shift so small, which those
+/// imitate, is none.
+const FURTHER_IF_EVEN: f64 = 4.0 * leavings::WRONG * leavings::WRONG;
+
+/// The same of a wave along the rail, which no form leaves.
+const FURTHER_WAVE: f64 = 0.005;
+
+/// Share of a drift's force below which a constant beside it is what its curve misses.
+const MISSED_BY_A_CURVE: f64 = 0.2;
+
+/// Share of the evidence for a bent rail below which a joint is part of how it is bent, or the other way round: no wave or
+/// table is as sharp as a rail may be, and a joint is the sharpest profile that there is. One of a third of the bend's force
+/// has more.
+const ONE_PROFILE: f64 = 0.1;
+
+/// Distance from a joint within which dirt that lies in one place is part of how the rail is bent there, m: about the length
+/// of a block.
+const AT_A_JOINT_M: f64 = 0.05;
+
+/// Mass of a structure that rings, of all that the drive accelerates, from which it is none: forms are wrong by some of it.
+const MORE_MASS: f64 = 1.3;
+
+/// Detail along the rail, in lengths of a wave, from which it follows nothing of that wave.
+const COARSE: f64 = 2.0;
+
+/// RMS force below which a cause is not worth a mention, N.
+#[derive(Clone, Copy)]
+pub(crate) struct Floor {
+    /// Of any cause.
+    pub(crate) any_n: f64,
+    /// Of all but the rounding itself: what is smaller cannot be told from it.
+    pub(crate) rounding_n: f64,
+}
+
+impl Floor {
+    fn of(&self, source: &Source) -> f64 {
+        if source.is(Id::ForceQuantisation) { self.any_n } else { self.any_n.max(self.rounding_n) }
+    }
+}
+
+/// Whether a candidate may be named beside the members: real and worth it.
+///
+/// The evidence for a shift is what its tolerance would have to be stretched by. The data alone, which the locks ask,
+/// cannot tell a parameter that is free from one that is not.
+pub(crate) fn holds(
+    bench: &Bench<'_>,
+    pool: &Pool,
+    candidate: &Candidate,
+    gain: &Gain,
+    members: &[Member],
+    floor: Floor,
+) -> bool {
+    if bench.is_spoken_for(&candidate.source) {
+        // where they speak the whole force is there or not, in rows that are not compared
+        return true;
+    }
+    let tiny = if is_periodic(&candidate.source) { FURTHER_WAVE } else { FURTHER_IF_EVEN };
+    let is_tiny = gain.nats < tiny * (imitable(bench, candidate, members) + gain.nats);
+    if matches!(candidate.source, Source::Shift { .. }) {
+        return !is_tiny && gain.score > (pool.kinds as f64).ln();
+    }
+    is_relevant(bench, candidate, gain, floor)
+        && !is_of_one_profile(bench, candidate, gain, members)
+        && !is_missed_by_a_curve(bench, candidate, gain, members)
+        && !rings_with_more_than_moves(bench, candidate, gain, members)
+        && shows(bench, pool, candidate, gain, members, is_tiny)
+}
+
+/// Whether both locks open for a candidate: as it is or, what is stricter but for the scatter that they bring, beside what the
+/// forms of others may leave; a tiny one must show both ways.
+fn shows(
+    bench: &Bench<'_>,
+    pool: &Pool,
+    candidate: &Candidate,
+    gain: &Gain,
+    members: &[Member],
+    is_tiny: bool,
+) -> bool {
+    let opens = is_open(
+        Asked::of(&candidate.source),
+        &bench.locks(candidate, gain, members),
+        pool.kinds,
+        pool.points_of(&candidate.source),
+    );
+    if opens != is_tiny {
+        return opens;
+    }
+    !members.is_empty() && shows_beside_leavings(bench, pool, candidate, gain, members)
+}
+
+/// Whether a candidate is a joint that only sharpens the profile of a rail that is bent anyway, a bend that only rounds a
+/// joint, or dirt where a joint is.
+fn is_of_one_profile(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, members: &[Member]) -> bool {
+    if members.iter().any(|member| is_at_a_joint(&candidate.source, &member.candidate.source)) {
+        return true;
+    }
+    let profile = [Id::RailJoint, Id::RailStraightness];
+    let Some(own) = profile.iter().position(|id| candidate.source.is(*id)) else { return false };
+    let other = profile[1 - own];
+    let Some(at) = members.iter().position(|member| member.candidate.source.is(other)) else { return false };
+    gain.nats < ONE_PROFILE * bench.beside(members, at).gain.nats
+}
+
+/// Whether a cause is dirt that lies where a joint is.
+fn is_at_a_joint(dirt: &Source, joint: &Source) -> bool {
+    let places_m = place_m(dirt, Id::Contamination).zip(place_m(joint, Id::RailJoint));
+    places_m.is_some_and(|(dirt_m, joint_m)| (dirt_m - joint_m).abs() < AT_A_JOINT_M)
+}
+
+/// Whether a candidate is a constant that is small beside a drift: a curve of a few numbers does not start as steeply as a
+/// zero that settles.
+fn is_missed_by_a_curve(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, members: &[Member]) -> bool {
+    if ![Id::ForceOffset, Id::GravityTilt].iter().any(|id| candidate.source.is(*id)) {
+        return false;
+    }
+    let Some(drift) = members.iter().find(|member| member.candidate.source.is(Id::ForceDrift)) else { return false };
+    let fit = bench.fit_members(members);
+    let amplitudes: Vec<f64> = drift.base.iter().map(|column| fit.value_of(*column)).collect();
+    size_n(bench, &candidate.source, &gain.amplitudes)
+        < MISSED_BY_A_CURVE * size_n(bench, &drift.candidate.source, &amplitudes)
+}
+
+/// Whether a candidate is a structure that rings with more mass than the drive accelerates: what is fitted beside a mass at the
+/// corners of its ramps, where the acceleration is derived.
+fn rings_with_more_than_moves(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, members: &[Member]) -> bool {
+    let Some(ringing_kg) = mass_kg(&candidate.source, Id::StructuralResonance, &gain.amplitudes) else { return false };
+    let fit = bench.fit_members(members);
+    let moved_kg = members.iter().find_map(|member| {
+        let amplitudes: Vec<f64> = member.base.iter().map(|column| fit.value_of(*column)).collect();
+        mass_kg(&member.candidate.source, Id::Inertia, &amplitudes)
+    });
+    let known_kg = bench.contexts.first().map_or(0.0, |context| context.moved_mass_kg);
+    moved_kg.is_some_and(|moved_kg| ringing_kg > MORE_MASS * (moved_kg + known_kg))
+}
+
+/// Mass in the amplitudes of a cause, kg; `None` of another cause.
+fn mass_kg(source: &Source, id: Id, amplitudes: &[f64]) -> Option<f64> {
+    let Source::Mechanism { definition, form, .. } = source else { return None };
+    let masses = definition.forms[*form].amplitudes.iter().zip(amplitudes).filter(|(what, _)| what.unit == "kg");
+    (definition.id == id).then(|| masses.map(|(_, kg)| kg).sum())
+}
+
+/// Whether a cause is real beside what the forms of others may leave, too.
+pub(crate) fn shows_beside_leavings(
+    bench: &Bench<'_>,
+    pool: &Pool,
+    candidate: &Candidate,
+    gain: &Gain,
+    members: &[Member],
+) -> bool {
+    locks_beside_leavings(bench, candidate, gain, members).is_some_and(|locks| {
+        is_open(Asked::of(&candidate.source), &locks, pool.kinds, pool.points_of(&candidate.source))
+    })
+}
+
+/// The locks of a cause beside what the forms of others may leave. What a table along the rail follows has none: those few
+/// polynomials do not.
+pub(crate) fn locks_beside_leavings(
+    bench: &Bench<'_>,
+    candidate: &Candidate,
+    gain: &Gain,
+    members: &[Member],
+) -> Option<Locks> {
+    if candidate.source.is_phase_bound() {
+        return None;
+    }
+    let larger = members.iter().filter(|member| may_leave(member, candidate));
+    let leavings = leavings::columns(bench, &bench.fit_members(members), larger);
+    Some(bench.locks_beside(candidate, gain, members, &leavings))
+}
+
+/// Whether what a cause adds to a fit is no more than what the forms of others may leave of them.
+pub(crate) fn is_small(bench: &Bench<'_>, own: &Candidate, gain: &Gain, others: &[Member]) -> bool {
+    gain.nats < FURTHER * (imitable(bench, own, others) + gain.nats)
+}
+
+/// Evidence of members whose remains a candidate could follow, nats: what a wave leaves of itself is tied to the rail, and
+/// follows nothing else.
+fn imitable(bench: &Bench<'_>, candidate: &Candidate, members: &[Member]) -> f64 {
+    let others: Vec<Member> = members.iter().filter(|member| !may_leave(member, candidate)).cloned().collect();
+    0.5 * (bench.fit_members(&others).rss - bench.fit_members(members).rss)
+}
+
+/// Whether a candidate could follow what the form of a member leaves. Of a wave that is harmonics and sidebands, which only
+/// what is tied to places follows, and nothing that is much coarser than the wave is long.
+pub(crate) fn may_leave(member: &Member, candidate: &Candidate) -> bool {
+    let is_fine = || match (wavelength_m(&member.candidate.source), detail_m(&candidate.source)) {
+        (Some(wave_m), Some(detail_m)) => detail_m < COARSE * wave_m,
+        _ => true,
+    };
+    !is_periodic(&member.candidate.source) || (candidate.source.is_phase_bound() && is_fine())
+}
+
+/// Length of a wave, m.
+pub(crate) fn wavelength_m(source: &Source) -> Option<f64> {
+    match source {
+        Source::Mechanism { definition, form, shape } if is_wave(&definition.forms[*form]) => shape.first().copied(),
+        _ => None,
+    }
+}
+
+/// Place of a cause of some kind, m; `None` of another, and of one that is everywhere.
+fn place_m(source: &Source, id: Id) -> Option<f64> {
+    let Source::Mechanism { definition, form, shape } = source else { return None };
+    let mut numbers = definition.forms[*form].shape.iter().zip(shape);
+    numbers.find(|(what, _)| definition.id == id && what.name == "place_m").map(|(_, place_m)| *place_m)
+}
+
+/// Finest detail along the rail that how a rail is bent has, m: the shortest order of its wave, or the distance of the entries of its table.
+fn detail_m(source: &Source) -> Option<f64> {
+    let Source::Mechanism { definition, shape, .. } = source else { return None };
+    let amplitudes = source.amplitudes() as f64;
+    match (definition.id, shape.as_slice()) {
+        (Id::RailStraightness, [wave_m]) => Some(wave_m / (0.5 * amplitudes)),
+        (Id::RailStraightness, [from_m, to_m]) => Some((to_m - from_m) / (amplitudes - 1.0)),
+        _ => None,
+    }
+}
+
+fn is_periodic(source: &Source) -> bool {
+    matches!(source, Source::Mechanism { definition, form, .. }
+        if definition.kind == Kind::Physics && is_wave(&definition.forms[*form]))
+}
+
+/// Whether the force of a cause exceeds its floor.
+pub(crate) fn is_relevant(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, floor: Floor) -> bool {
+    size_n(bench, &candidate.source, &gain.amplitudes) > floor.of(&candidate.source)
+}
+
+/// RMS of a cause's force, N.
+pub(crate) fn size_n(bench: &Bench<'_>, source: &Source, amplitudes: &[f64]) -> f64 {
+    let force = bench.force(source, amplitudes);
+    if force.is_empty() { 0.0 } else { power(&bench.rows, &force).sqrt() }
+}
+
+#[cfg(test)]
+mod tests {
+    use simulation::mechanism::{Form, ShapeParameter, definition};
+
+    use super::*;
+
+    #[test]
+    fn what_is_coarser_than_a_wave_follows_nothing_of_it() {
+        let of = |id: Id, form: usize, shape: &[f64]| Source::Mechanism {
+            definition: definition(id),
+            form,
+            shape: shape.to_vec(),
+        };
+        let ripple = wavelength_m(&of(Id::DriveRipple, 1, &[0.005])).expect("a wave");
+        let profile = detail_m(&of(Id::RailStraightness, 2, &[0.1, 1.04])).expect("a profile");
+        assert!((profile - 0.02).abs() < 1e-12 && profile > COARSE * ripple);
+        let orders = detail_m(&of(Id::RailStraightness, 1, &[0.3])).expect("a wave of three orders");
+        assert!((orders - 0.1).abs() < 1e-12);
+        assert_eq!(detail_m(&of(Id::RailJoint, 0, &[0.3])), None);
+    }
+
+    #[test]
+    fn dirt_at_a_joint_is_part_of_it_and_dirt_elsewhere_is_not() {
+        let at = |id: Id, place_m: f64| {
+            let definition = definition(id);
+            let has_place = |form: &Form| form.shape.iter().any(|what| what.name == "place_m");
+            let form = definition.forms.iter().position(has_place).expect("a form with a place");
+            let number = |what: &ShapeParameter| if what.name == "place_m" { place_m } else { what.from };
+            Source::Mechanism { definition, form, shape: definition.forms[form].shape.iter().map(number).collect() }
+        };
+        let joint = at(Id::RailJoint, 0.56);
+        assert!(is_at_a_joint(&at(Id::Contamination, 0.58), &joint));
+        assert!(!is_at_a_joint(&at(Id::Contamination, 0.70), &joint));
+        assert!(!is_at_a_joint(&joint, &joint));
+    }
+}
