@@ -246,22 +246,6 @@ fn dirt_whose_single_rows_do_not_stand_out_is_found_by_its_shape() {
     assert!((0.5..2.0).contains(&(height.value / (3.0 * NOISE_N))), "{height:?}");
 }
 
-/// At speeds so much alike a spot of two rows has one length or one duration; what brakes in both directions is no spike.
-#[test]
-fn spots_that_all_brake_are_dirt_where_length_and_duration_are_one() {
-    let simulation = simulation("");
-    let fast = || {
-        let speeds_m_s = vec![0.08, 0.09, 0.1, 0.11];
-        let staircase =
-            Staircase { speeds_m_s, length_m: 0.15, strokes: 4, order: Order::Both, ..Staircase::default() };
-        staircase.course(200.0, &USUAL).unwrap()
-    };
-    let found = outcome(&recorded(&simulation, fast(), dirt(10.0 * NOISE_N, 6e-4, 1.0)), &simulation).diagnosis;
-    assert_eq!(ids(&found), ["contamination"]);
-    let found = outcome(&recorded(&simulation, fast(), dirt(10.0 * NOISE_N, 6e-4, -1.0)), &simulation).diagnosis;
-    assert!(!ids(&found).contains(&"contamination"), "{:?}", ids(&found));
-}
-
 #[test]
 fn few_spots_are_dirt_if_they_are_high_and_none_as_high_pushes() {
     let simulation = simulation("");

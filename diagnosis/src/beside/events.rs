@@ -21,9 +21,6 @@ const DURATIONS: i32 = 15;
 /// eleven; or of so high ones, fewer.
 const CHANCE: f64 = 4e-3;
 
-/// The same below which they surely brake, which no electrical spike does in both directions: twenty of twenty.
-const SURE_TO_BRAKE: f64 = 1e-6;
-
 /// Exponent of the heaviest tails that noise is granted, those of Student's t of three degrees of freedom.
 const TAIL: f64 = 3.0;
 
@@ -134,8 +131,7 @@ pub(crate) fn spots(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64
     if p > CHANCE {
         return None;
     }
-    let is_sure_to_brake = at_least(spots.braking.len(), spots.pushing) < SURE_TO_BRAKE;
-    if is_of_duration(&tracks, &lengths, best, is_sure_to_brake) || is_fixed(side, &tracks, &spots.braking) {
+    if is_of_duration(&tracks, &lengths, best) || is_fixed(side, &tracks, &spots.braking) {
         return None;
     }
     // what is as short as the contact of a ball, or shorter, nothing rolled over, and what is longer than all is no spot
@@ -259,9 +255,9 @@ fn beyond(mut scores: Vec<f64>, highest_of_others: f64) -> f64 {
 }
 
 /// Whether spots may as well have one duration: pulses of some duration fit better, or, where too few spots are resolved
-/// for their lengths to tell and their signs do not either, nearly as well. Noise makes a sum of scores scatter by the root
-/// of their number.
-fn is_of_duration(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize, is_sure_to_brake: bool) -> bool {
+/// for their lengths to tell, nearly as well. Noise makes a sum of scores scatter by the root of their number. That all of
+/// them brake tells nothing: so do the bursts of a plain screw.
+fn is_of_duration(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize) -> bool {
     let row_s = tracks.iter().map(|track| track.step_s).fold(f64::INFINITY, f64::min);
     let durations = ladder(row_s, DURATIONS).map(|duration_s| Pulses::of(tracks, Width::Duration(duration_s)).sum);
     let ahead = lengths.iter().map(|(_, pulses)| pulses.sum).fold(0.0, f64::max) - durations.fold(0.0, f64::max);
@@ -269,7 +265,7 @@ fn is_of_duration(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize, is_s
     let resolved = resolved(tracks, lengths, best);
     let speeds: Vec<f64> = resolved.iter().map(|(speed, _)| *speed).collect();
     if resolved.len() < FEW || scatter(&speeds) < SPREAD {
-        return ahead < if is_sure_to_brake { 0.0 } else { (spots.len() as f64).sqrt() };
+        return ahead < (spots.len() as f64).sqrt();
     }
     let own: Vec<f64> = resolved.iter().map(|(_, length)| *length).collect();
     ahead < 0.0 || line(&speeds.iter().copied().zip(own).collect::<Vec<_>>()).1 > LIKE_DURATION

@@ -39,7 +39,7 @@ pub(crate) enum Doubt {
     HardlyAlongTheStroke,
     /// It changes as slowly as something beside it that has no name: one thing whose form is not known.
     BesideNameless,
-    /// What has no name beside it explains more: it may be a part of that.
+    /// The only name, and what has none beside it explains more: it may be a part of that.
     LessThanNameless,
 }
 
@@ -47,7 +47,7 @@ pub(crate) enum Doubt {
 /// below it, about half of the names that were given to what the library does not know lie above.
 const UNEVEN: f64 = 0.2;
 
-/// The same for a name with a number at its end, and for one beside a doubtful name or a curve without one.
+/// The same for a name with a number at its end, and for one beside a doubtful name.
 const UNEVEN_BESIDE: f64 = 0.1;
 
 /// The same for a name that no other stands beside, whose forms might leave what is uneven, and what sizes of their own must
@@ -83,18 +83,19 @@ pub(crate) fn doubts(bench: &Bench<'_>, fit: &Fit, members: &[Member]) -> Vec<Op
         let alone = with((UNEVEN_ALONE, least.max(LEAST_ALONE)));
         found.iter_mut().zip(alone).for_each(|(found, alone)| *found = found.or(alone));
     }
-    let has_curve = members.iter().any(|member| member.candidate.source.is_story());
-    if has_curve || found.iter().any(Option::is_some) {
-        // beside a doubtful name, or a curve without one, the others may be parts of the same thing
+    if found.iter().any(Option::is_some) {
+        // beside a doubtful name the others may be parts of the same thing
         let beside = with((UNEVEN_BESIDE, least));
         found.iter_mut().zip(beside).for_each(|(found, beside)| *found = found.or(beside));
     }
-    let sizes: Vec<f64> = members.iter().map(|member| force_n(bench, fit, member)).collect();
-    let is_nameless = |at: usize| found[at].is_some() || members[at].candidate.source.is_story();
-    let most_n = (0..members.len()).filter(|at| is_nameless(*at)).map(|at| sizes[at]).fold(0.0, f64::max);
-    for at in 0..members.len() {
-        if sizes[at] < most_n && may_be_a_part(&members[at].candidate.source) {
-            found[at] = found[at].or(Some(Doubt::LessThanNameless));
+    let is_nameless = |at: &usize| found[*at].is_some() || members[*at].candidate.source.is_story();
+    let (nameless, named): (Vec<usize>, Vec<usize>) = (0..members.len()).partition(is_nameless);
+    // of several names what has none is what they leave, however large
+    if let [only] = named[..] {
+        let size_n = |at: usize| force_n(bench, fit, &members[at]);
+        let is_less = || nameless.iter().any(|at| size_n(*at) > size_n(only));
+        if may_be_a_part(&members[only].candidate.source) && is_less() {
+            found[only] = Some(Doubt::LessThanNameless);
         }
     }
     let is_slow: Vec<bool> = members.iter().map(|member| is_slow(&member.candidate.source)).collect();
@@ -107,11 +108,11 @@ pub(crate) fn doubts(bench: &Bench<'_>, fit: &Fit, members: &[Member]) -> Vec<Op
     found
 }
 
-/// Whether a cause may be a part of a larger one that has no name: a wave is no part of what is smooth, and a sensor fault has
-/// a form of its own.
+/// Whether a cause may be a part of a larger one that has no name: what is tied to a place is told by the place, a wave is no
+/// part of what is smooth, and a sensor fault has a form of its own.
 fn may_be_a_part(source: &Source) -> bool {
     matches!(source, Source::Mechanism { definition, form, .. }
-        if definition.kind == Kind::Physics && !is_wave(&definition.forms[*form]))
+        if definition.kind == Kind::Physics && !is_wave(&definition.forms[*form]) && !source.is_phase_bound())
 }
 
 /// RMS force of a member, N.
@@ -286,8 +287,8 @@ mod tests {
     }
 
     #[test]
-    fn a_wave_and_a_sensor_fault_are_no_part_of_what_has_no_name() {
-        let parts = [(Id::SealDrag, "minimal"), (Id::Stribeck, "minimal"), (Id::CableChain, "rolling")];
+    fn what_is_tied_to_a_place_and_a_sensor_fault_are_no_part_of_what_has_no_name() {
+        let parts = [(Id::SealDrag, "minimal"), (Id::Stribeck, "minimal"), (Id::RunIn, "minimal")];
         assert!(parts.iter().all(|(id, form)| may_be_a_part(&at(*id, form, 0.5))));
         let others =
             [(Id::DriveRipple, "minimal"), (Id::TimeMisalignment, "minimal"), (Id::ForceQuantisation, "minimal")];
