@@ -138,8 +138,7 @@ impl Scene<'_> {
     fn force(&self, contexts: &[Context<'_>], at: usize) -> Option<Vec<f64>> {
         let member = &self.found.members[at];
         let source = &member.candidate.source;
-        let amplitudes: Vec<f64> = member.base.iter().map(|base| self.found.fit.value_of(*base)).collect();
-        Some(weighted(&raw_columns(source, contexts)?, &amplitudes))
+        Some(weighted(&raw_columns(source, contexts)?, &member.amplitudes(&self.found.fit)))
     }
 
     /// What can be said of a member where places are not those that taught: its mean along the stroke, in either direction

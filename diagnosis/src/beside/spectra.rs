@@ -7,7 +7,7 @@ use rustfft::num_complex::Complex;
 
 use crate::noise::rows::Rows;
 use crate::numbers::peaks::peaks;
-use crate::numbers::statistics::median;
+use crate::numbers::statistics::{line, mean, median};
 use crate::recording::side::Side;
 
 /// Time that the spectrum looks at in one go, s: what rings with a hundredth of critical damping at 20 Hz lasts half of it.
@@ -49,26 +49,24 @@ const SURELY: f64 = 3.0;
 /// Entries to either side of a peak that are of it.
 const FLANK: usize = 2;
 
-/// A stretch of a residual.
+/// One window on a residual.
 struct Piece {
     /// Mean speed meanwhile, m/s.
     speed_m_s: f64,
     /// Power at every frequency.
     power: Vec<f64>,
+    /// That of its run at most frequencies: in a quiet run rings what a loud one drowns.
+    loudness: f64,
 }
 
 /// Pieces of a run.
-struct Stretch {
-    pieces: Vec<Piece>,
-    /// Their power at most frequencies: in a quiet run rings what a loud one drowns.
-    loudness: f64,
-}
+struct OfRun(Vec<Piece>);
 
 /// Averaged spectra of a residual, of all runs and of each.
 pub(crate) struct Spectra {
     /// Rows of a piece over their rate: the inverse of the distance of two entries, s.
     pub(crate) window_s: f64,
-    runs: Vec<Stretch>,
+    runs: Vec<OfRun>,
 }
 
 /// What stands out at every speed.
@@ -83,15 +81,20 @@ pub(crate) struct Peak {
     pub(crate) is_high: bool,
 }
 
-/// Mean of spectra, each over how loud it is.
-fn mean<'a>(spectra: impl ExactSizeIterator<Item = (&'a Piece, f64)>) -> Vec<f64> {
-    let number = spectra.len() as f64;
-    let mut mean = Vec::new();
-    for (piece, loudness) in spectra {
-        mean.resize(piece.power.len(), 0.0);
-        mean.iter_mut().zip(&piece.power).for_each(|(mean, power)| *mean += power / (loudness * number));
+/// Mean power of pieces, each over a scale of its own.
+fn averaged(pieces: &[&Piece], scale: impl Fn(&Piece) -> f64) -> Vec<f64> {
+    let number = pieces.len() as f64;
+    let mut averaged = vec![0.0; pieces.first().map_or(0, |piece| piece.power.len())];
+    for piece in pieces {
+        let scale = scale(piece) * number;
+        averaged.iter_mut().zip(&piece.power).for_each(|(averaged, power)| *averaged += power / scale);
     }
-    mean
+    averaged
+}
+
+/// The pieces of some runs.
+fn pieces(runs: &[OfRun]) -> Vec<&Piece> {
+    runs.iter().flat_map(|run| &run.0).collect()
 }
 
 /// Height of an entry over the median around it.
@@ -105,52 +108,54 @@ fn around(power: &[f64], at: usize) -> &[f64] {
     &power[at.saturating_sub(FLANK)..(at + FLANK + 1).min(power.len())]
 }
 
-impl Stretch {
-    fn of(pieces: Vec<Piece>) -> Self {
-        let loudness = median(mean(pieces.iter().map(|piece| (piece, 1.0)))).unwrap_or(0.0).max(f64::MIN_POSITIVE);
-        Stretch { pieces, loudness }
+impl OfRun {
+    fn of(mut pieces: Vec<Piece>) -> Self {
+        let power = averaged(&pieces.iter().collect::<Vec<_>>(), |_| 1.0);
+        let loudness = median(power).unwrap_or(0.0).max(f64::MIN_POSITIVE);
+        pieces.iter_mut().for_each(|piece| piece.loudness = loudness);
+        OfRun(pieces)
     }
 
     /// Power of all pieces.
     fn power(&self) -> f64 {
-        self.pieces.iter().flat_map(|piece| &piece.power).sum()
+        self.0.iter().flat_map(|piece| &piece.power).sum()
     }
 
     /// Power of a peak beyond what is around it, of all pieces.
     fn excess(&self, at: usize) -> f64 {
-        let mean = mean(self.pieces.iter().map(|piece| (piece, 1.0)));
-        let floor = mean[at] / height(&mean, at).max(f64::MIN_POSITIVE);
-        self.pieces.len() as f64 * around(&mean, at).iter().map(|power| power - floor).sum::<f64>()
+        let power = averaged(&self.0.iter().collect::<Vec<_>>(), |_| 1.0);
+        let floor = power[at] / height(&power, at).max(f64::MIN_POSITIVE);
+        self.0.len() as f64 * around(&power, at).iter().map(|power| power - floor).sum::<f64>()
+    }
+
+    /// Logarithms of the speed and of the power of a peak, of every piece, less their means.
+    fn growth(&self, at: usize) -> Vec<(f64, f64)> {
+        let of_piece = |piece: &Piece| (piece.speed_m_s.ln(), around(&piece.power, at).iter().sum::<f64>().ln());
+        let (speeds, powers): (Vec<f64>, Vec<f64>) =
+            self.0.iter().map(of_piece).filter(|(x, y)| x.is_finite() && y.is_finite()).unzip();
+        let (speed, power) = (mean(&speeds), mean(&powers));
+        speeds.into_iter().zip(powers).map(|(x, y)| (x - speed, y - power)).collect()
     }
 }
 
 /// Whether the power of a peak surely grows with the speed within the runs.
-fn grows_with_speed(runs: &[Stretch], at: usize) -> bool {
-    let (mut xx, mut xy, mut yy, mut number) = (0.0, 0.0, 0.0, 0.0);
-    for run in runs {
-        let points: Vec<(f64, f64)> = run
-            .pieces
-            .iter()
-            .map(|piece| (piece.speed_m_s.ln(), around(&piece.power, at).iter().sum::<f64>().ln()))
-            .filter(|(x, y)| x.is_finite() && y.is_finite())
-            .collect();
-        let centre = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / points.len().max(1) as f64;
-        let (mean_x, mean_y) = (centre(|p| p.0), centre(|p| p.1));
-        for (x, y) in &points {
-            xx += (x - mean_x) * (x - mean_x);
-            xy += (x - mean_x) * (y - mean_y);
-            yy += (y - mean_y) * (y - mean_y);
-        }
-        number += points.len().saturating_sub(1) as f64;
-    }
-    let scatter = (yy - xy * xy / xx).max(0.0) / (number - 1.0);
-    xy / xx > SURELY * (scatter / xx).sqrt()
+///
+/// ```text
+/// slope / standard error = √((1/l² - 1)·freedom),   l: share of the scatter that a line leaves
+/// ```
+fn grows_with_speed(runs: &[OfRun], at: usize) -> bool {
+    let of_runs: Vec<Vec<(f64, f64)>> = runs.iter().map(|run| run.growth(at)).collect();
+    // a mean of every run, and the slope
+    let lost = 1 + of_runs.iter().filter(|points| !points.is_empty()).count();
+    let points = of_runs.concat();
+    let (_, slope, left) = line(&points);
+    let freedom = points.len().saturating_sub(lost) as f64;
+    slope > 0.0 && (1.0 / (left * left) - 1.0) * freedom > SURELY * SURELY
 }
 
 /// Whether an entry stands out in half of some pieces: what sweeps through it does so in a few.
-fn is_steady(pieces: &[(&Piece, f64)], at: usize) -> bool {
-    median(pieces.iter().map(|(piece, _)| height(&piece.power, at)).collect())
-        .is_some_and(|height| height > IN_EVERY_PIECE)
+fn is_steady(pieces: &[&Piece], at: usize) -> bool {
+    median(pieces.iter().map(|piece| height(&piece.power, at)).collect()).is_some_and(|height| height > IN_EVERY_PIECE)
 }
 
 impl Spectra {
@@ -183,15 +188,15 @@ impl Spectra {
             transform.process(&mut piece);
             piece[..window / 2].iter().map(Complex::norm_sqr).collect()
         };
-        let piece = |start: usize| Piece { speed_m_s: speed(start), power: spectrum(start) };
+        let piece = |start: usize| Piece { speed_m_s: speed(start), power: spectrum(start), loudness: 1.0 };
         let runs = rows.groups.iter().filter(|group| group.len() >= window);
-        let runs = runs.map(|group| Stretch::of(starts(group).map(piece).collect())).collect();
+        let runs = runs.map(|group| OfRun::of(starts(group).map(piece).collect())).collect();
         Some(Spectra { window_s: window as f64 * step_s, runs })
     }
 
     /// Frequencies within a range, Hz, that stand out, the highest first.
     pub(crate) fn peaks(&self, from_hz: f64, to_hz: f64) -> Vec<f64> {
-        let both = mean(self.pieces(&self.runs, |_| 1.0).into_iter());
+        let both = averaged(&pieces(&self.runs), |_| 1.0);
         let within = |k: &usize| (from_hz..=to_hz).contains(&(*k as f64 / self.window_s));
         let heights: Vec<f64> =
             (0..both.len()).map(|k| if k > 0 && within(&k) { height(&both, k) } else { 0.0 }).collect();
@@ -206,7 +211,7 @@ impl Spectra {
         if of_all.as_ref().is_some_and(|peak| peak.is_high) {
             return of_all;
         }
-        let of_run = |run: &Stretch| {
+        let of_run = |run: &OfRun| {
             let (peak, is_steady) = self.peak(std::slice::from_ref(run), at)?;
             let p = peak.p * self.runs.len() as f64;
             (peak.is_high && is_steady && p < IN_ONE_RUN).then_some(Peak { p, ..peak })
@@ -214,25 +219,16 @@ impl Spectra {
         self.runs.iter().filter_map(of_run).min_by(|a, b| a.p.total_cmp(&b.p)).or(of_all)
     }
 
-    /// Pieces of runs, each with how loud it is.
-    fn pieces<'a>(&self, runs: &'a [Stretch], loudness: impl Fn(&Stretch) -> f64) -> Vec<(&'a Piece, f64)> {
-        let of_run = |run: &'a Stretch| {
-            let loudness = loudness(run);
-            run.pieces.iter().map(move |piece| (piece, loudness))
-        };
-        runs.iter().flat_map(of_run).collect()
-    }
-
     /// The peak at an entry, if it stands out in slow and in fast pieces of runs, and whether it does in most of them.
-    fn peak(&self, runs: &[Stretch], at: usize) -> Option<(Peak, bool)> {
-        let mut pieces = self.pieces(runs, |run| run.loudness);
-        pieces.sort_by(|(a, _), (b, _)| a.speed_m_s.total_cmp(&b.speed_m_s));
+    fn peak(&self, runs: &[OfRun], at: usize) -> Option<(Peak, bool)> {
+        let mut pieces = pieces(runs);
+        pieces.sort_by(|a, b| a.speed_m_s.total_cmp(&b.speed_m_s));
         let (slower, faster) = pieces.split_at(pieces.len() / 2);
         let halves = [slower, faster];
         let [slow_m_s, fast_m_s] =
-            halves.map(|half| half.iter().map(|(piece, _)| piece.speed_m_s).sum::<f64>() / half.len().max(1) as f64);
+            halves.map(|half| mean(&half.iter().map(|piece| piece.speed_m_s).collect::<Vec<_>>()));
         let apart = fast_m_s / slow_m_s;
-        let spectra = halves.map(|half| mean(half.iter().copied()));
+        let spectra = halves.map(|half| averaged(half, |piece| piece.loudness));
         if !(apart > APART) || spectra.iter().any(|power| at >= power.len()) {
             return None;
         }
@@ -246,7 +242,7 @@ impl Spectra {
         let is_steady = halves.iter().all(|half| is_steady(half, at));
         let excess = runs.iter().map(|run| run.excess(at)).sum::<f64>().max(0.0);
         let peak = Peak {
-            share: excess / self.runs.iter().map(Stretch::power).sum::<f64>(),
+            share: excess / self.runs.iter().map(OfRun::power).sum::<f64>(),
             p: (spectra[0].len() as f64 * (-evidence).exp()).min(1.0),
             is_rolled: (is_steady || apart > FAR_APART) && grows_with_speed(runs, at),
             is_high: heights.iter().all(|height| *height > AT_EVERY_SPEED),

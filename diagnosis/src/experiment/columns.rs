@@ -213,3 +213,26 @@ pub(super) fn of_run(
     }
     (columns.len() == parts.rivals.last().map_or(0, |last| last.slopes.end)).then_some(columns)
 }
+
+#[cfg(test)]
+mod tests {
+    use simulation::mechanism::definition;
+
+    use super::*;
+
+    #[test]
+    fn a_delay_moves_by_steps_of_its_grid_which_is_the_finer_the_closer_to_none() {
+        let definition = definition(Id::TimeMisalignment);
+        let form = definition.forms.iter().position(|form| form.shape.len() == 1).expect("a form with a delay");
+        let of = |delay_s: f64| Source::Mechanism { definition, form, shape: vec![delay_s] };
+        let way_s = |delay_s: f64| {
+            let shapes = moved(&of(delay_s)).into_iter().filter_map(|source| match source {
+                Source::Mechanism { shape, .. } => shape.first().copied(),
+                _ => None,
+            });
+            shapes.map(|moved_s| (moved_s - delay_s).abs()).fold(0.0, f64::max)
+        };
+        assert!(way_s(4e-4) < 1e-3 && way_s(4e-4) > 1e-5, "{}", way_s(4e-4));
+        assert!(way_s(0.03) > 5.0 * way_s(4e-4), "{}", way_s(0.03));
+    }
+}

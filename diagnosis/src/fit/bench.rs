@@ -76,6 +76,13 @@ pub(crate) struct Member {
     pub(crate) base: Vec<usize>,
 }
 
+impl Member {
+    /// Its amplitudes in a fit, in their own units.
+    pub(crate) fn amplitudes(&self, fit: &Fit) -> Vec<f64> {
+        self.base.iter().map(|column| fit.value_of(*column)).collect()
+    }
+}
+
 /// A member in the place that the others leave it.
 pub(crate) struct Beside {
     pub(crate) others: Vec<Member>,

@@ -92,7 +92,7 @@ pub(crate) fn doubts(bench: &Bench<'_>, fit: &Fit, members: &[Member]) -> Vec<Op
     let (nameless, named): (Vec<usize>, Vec<usize>) = (0..members.len()).partition(is_nameless);
     // of several names what has none is what they leave, however large
     if let [only] = named[..] {
-        let size_n = |at: usize| force_n(bench, fit, &members[at]);
+        let size_n = |at: usize| size_n(bench, &members[at].candidate.source, &members[at].amplitudes(fit));
         let is_less = || nameless.iter().any(|at| size_n(*at) > size_n(only));
         if may_be_a_part(&members[only].candidate.source) && is_less() {
             found[only] = Some(Doubt::LessThanNameless);
@@ -113,12 +113,6 @@ pub(crate) fn doubts(bench: &Bench<'_>, fit: &Fit, members: &[Member]) -> Vec<Op
 fn may_be_a_part(source: &Source) -> bool {
     matches!(source, Source::Mechanism { definition, form, .. }
         if definition.kind == Kind::Physics && !is_wave(&definition.forms[*form]) && !source.is_phase_bound())
-}
-
-/// RMS force of a member, N.
-fn force_n(bench: &Bench<'_>, fit: &Fit, member: &Member) -> f64 {
-    let amplitudes: Vec<f64> = member.base.iter().map(|column| fit.value_of(*column)).collect();
-    size_n(bench, &member.candidate.source, &amplitudes)
 }
 
 /// Whether a cause changes over a whole session: what grows with the time, the travel and the heat of a machine that is used.

@@ -67,7 +67,7 @@ impl Found<'_> {
 
 /// Amplitudes of some members in a fit.
 pub(crate) fn amplitudes(members: &[Member], fit: &Fit) -> Vec<Vec<f64>> {
-    members.iter().map(|member| member.base.iter().map(|column| fit.value_of(*column)).collect()).collect()
+    members.iter().map(|member| member.amplitudes(fit)).collect()
 }
 
 /// Causes as a search has left them.

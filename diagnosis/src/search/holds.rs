@@ -1,7 +1,4 @@
 //! Whether a cause may be named beside those that are there: real, worth it, and not what another one's form leaves.
-//!
-//! The evidence for a shift is what its tolerance would have to be stretched by. The data alone, which the locks ask,
-//! cannot tell a parameter that is free from one that is not.
 
 use simulation::mechanism::{Id, Kind};
 
@@ -136,9 +133,8 @@ fn is_missed_by_a_curve(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, m
     }
     let Some(drift) = members.iter().find(|member| member.candidate.source.is(Id::ForceDrift)) else { return false };
     let fit = bench.fit_members(members);
-    let amplitudes: Vec<f64> = drift.base.iter().map(|column| fit.value_of(*column)).collect();
     size_n(bench, &candidate.source, &gain.amplitudes)
-        < MISSED_BY_A_CURVE * size_n(bench, &drift.candidate.source, &amplitudes)
+        < MISSED_BY_A_CURVE * size_n(bench, &drift.candidate.source, &drift.amplitudes(&fit))
 }
 
 /// Whether a candidate is a structure that rings with more mass than the drive accelerates: what is fitted beside a mass at the
@@ -146,10 +142,8 @@ fn is_missed_by_a_curve(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, m
 fn rings_with_more_than_moves(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, members: &[Member]) -> bool {
     let Some(ringing_kg) = mass_kg(&candidate.source, Id::StructuralResonance, &gain.amplitudes) else { return false };
     let fit = bench.fit_members(members);
-    let moved_kg = members.iter().find_map(|member| {
-        let amplitudes: Vec<f64> = member.base.iter().map(|column| fit.value_of(*column)).collect();
-        mass_kg(&member.candidate.source, Id::Inertia, &amplitudes)
-    });
+    let mass_of = |member: &Member| mass_kg(&member.candidate.source, Id::Inertia, &member.amplitudes(&fit));
+    let moved_kg = members.iter().find_map(mass_of);
     let known_kg = bench.contexts.first().map_or(0.0, |context| context.moved_mass_kg);
     moved_kg.is_some_and(|moved_kg| ringing_kg > MORE_MASS * (moved_kg + known_kg))
 }

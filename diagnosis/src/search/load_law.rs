@@ -50,8 +50,7 @@ fn most_of(source: &Source) -> Option<f64> {
 /// The power of the load that a member's form lacks, and its standard deviation; `None` where the load tells nothing.
 fn power(bench: &Bench<'_>, fit: &Fit, members: &[Member], at: usize, rest: &[f32]) -> Option<(f64, f64)> {
     let member = &members[at];
-    let amplitudes: Vec<f64> = member.base.iter().map(|column| fit.value_of(*column)).collect();
-    let mut force = bench.force(&member.candidate.source, &amplitudes);
+    let mut force = bench.force(&member.candidate.source, &member.amplitudes(fit));
     let load: Vec<f64> = bench.contexts.iter().flat_map(|context| &context.steady.load_per_ball_n).copied().collect();
     if load.len() != force.len() {
         return None;

@@ -236,13 +236,12 @@ fn short_list(
 ) -> Vec<(Candidate, Gain)> {
     let mut order = pool.ranked_causes(bench, fit, tolerances);
     // what a member leaves of its own kind does not take part
-    let is_left = |source: &Source| {
-        members
-            .iter()
-            .map(|member| &member.candidate.source)
-            .any(|there| is_twin(there, source, tolerances) || is_order(there, source, pool.span_m))
-    };
-    order.retain(|(index, _)| !is_left(&pool.causes[*index].source));
+    order.retain(|(index, _)| {
+        !members.iter().any(|m| {
+            is_twin(&m.candidate.source, &pool.causes[*index].source, tolerances)
+                || is_order(&m.candidate.source, &pool.causes[*index].source, pool.span_m)
+        })
+    });
     let leading = order.first().map_or(0.0, |(_, gain)| gain.score);
     let mut list: Vec<(Candidate, Gain)> = order
         .into_iter()

@@ -11,7 +11,7 @@ use crate::calibration::{moved, prior, room, way};
 use crate::fit::bench::{Bench, Member};
 use crate::nominal::Nominal;
 use crate::recording::side::Side;
-use crate::search::found::Found;
+use crate::search::found::{Found, amplitudes};
 
 /// Most rounds.
 const MOST_ROUNDS: usize = 40;
@@ -50,8 +50,7 @@ pub(crate) fn together(
         let way = way(&values, &next);
         values = next;
         if way <= STILL * size {
-            let amplitudes = members.iter().map(|m| m.base.iter().map(|column| fit.value_of(*column)).collect());
-            return Ok(Some((values, amplitudes.collect())));
+            return Ok(Some((values, amplitudes(&members, &fit))));
         }
     }
     Ok(None)
