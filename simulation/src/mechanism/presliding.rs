@@ -171,7 +171,7 @@ pub(super) const FRICTIONAL_LAG: Definition = Definition {
     forms: &[
         Form {
             name: "minimal",
-            shape: &[ratio("time_s", "s", 1e-3, 0.1, 6)],
+            shape: &[ratio("time_s", "s", 1e-3, 0.2, 7)],
             amplitudes: &[whole("part", 0.4)],
             columns: |context, shape| {
                 let late = lag(context, &context.steady.drag_n, *shape.first()?);
@@ -182,7 +182,7 @@ pub(super) const FRICTIONAL_LAG: Definition = Definition {
         },
         Form {
             name: "time-and-travel",
-            shape: &[ratio("time_s", "s", 1e-3, 0.1, 5), ratio("length_m", "m", 1e-5, 1e-2, 4)],
+            shape: &[ratio("time_s", "s", 1e-3, 0.2, 5), ratio("length_m", "m", 1e-5, 1e-2, 4)],
             amplitudes: &[part("part", 0.5), amplitude("part_by_travel", "", Positive, 0.5)],
             columns: |context, shape| {
                 let late = lag(context, &context.steady.drag_n, *shape.first()?);
