@@ -12,6 +12,7 @@ use crate::answer::play::Play;
 use crate::answer::proof::{self, Split, Stages};
 use crate::fit::bench::Member;
 use crate::fit::source::{Source, raw_columns, weighted};
+use crate::fit::spectrum::is_wave;
 use crate::noise::rows::Rows;
 use crate::nominal::Nominal;
 use crate::numbers::linear::{Cholesky, Symmetric, dot};
@@ -142,8 +143,13 @@ impl Scene<'_> {
     }
 
     /// What can be said of a member where places are not those that taught: its mean along the stroke, in either direction
-    /// and as far as it goes with the law's force.
+    /// and as far as it goes with the law's force. A wave has none.
     fn without_place(&self, contexts: &[Context<'_>], at: usize) -> Option<Vec<f64>> {
+        if matches!(&self.found.members[at].candidate.source, Source::Mechanism { definition, form, .. }
+            if is_wave(&definition.forms[*form]))
+        {
+            return None;
+        }
         let bench = &self.found.bench;
         let taught = self.force(bench.contexts, at)?;
         let mut a = Symmetric::zeros(4);
