@@ -302,3 +302,45 @@ fn noise_of_speed_and_temperature_is_no_late_force() {
     let found = diagnose(&runs, &[], &simulation, &Options::default()).diagnosis;
     assert_eq!((found.verdict, sets(&found)), (Verdict::Match, Vec::<Vec<&str>>::new()));
 }
+
+#[test]
+fn a_force_that_remembers_the_load_is_no_run_in() {
+    let preloads_n = [1000.0, 4000.0, 2000.0, 7000.0, 3000.0];
+    let remembered = |k: usize, t: f64| {
+        let before = if k == 0 { preloads_n[0] } else { preloads_n[k - 1] };
+        4e-4 * (before - preloads_n[k]) * (-t / 25.0).exp()
+    };
+    let mut later_s = 0.0;
+    let runs: Vec<Run> = preloads_n
+        .iter()
+        .enumerate()
+        .map(|(k, preload_n)| {
+            let course = strokes(&[0.02, 0.05, 0.1], 0.15, 0.3, *preload_n);
+            let velocity_m_s = course.motion.velocity_m_s.clone();
+            let run = recorded(course, &[], nothing, k as u64);
+            let rows = run.time_s.iter().zip(&velocity_m_s).zip(&run.drag_force_n);
+            let drag_force_n = rows
+                .map(|((t, v), force)| if *v == 0.0 { *force } else { force + v.signum() * remembered(k, *t) })
+                .collect();
+            let length_s = run.time_s.last().copied().unwrap_or(0.0);
+            let time_s = run.time_s.iter().map(|t| t + later_s).collect();
+            later_s += length_s + 5.0;
+            Run { name: format!("at {preload_n} N"), time_s, drag_force_n, ..run }
+        })
+        .collect();
+    let found = diagnosis(&runs);
+    assert!(!sets(&found).iter().flatten().any(|id| *id == "run-in"), "{:?}", sets(&found));
+    assert_eq!(found.mechanisms.first().map(|first| first.id.as_str()), Some("unknown"));
+}
+
+#[test]
+fn what_acts_after_turns_alone_is_named_for_its_evidence() {
+    let presliding = added(Id::Presliding, 0, &[2e-5], &[0.5]);
+    let seal = added(Id::SealDrag, 0, &[], &[2.0]);
+    let runs = [1500.0, 3000.0].map(|preload_n| {
+        recorded(strokes(&[0.0005, 0.01, 0.05], 0.05, 0.0, preload_n), &[presliding.clone(), seal.clone()], nothing, 5)
+    });
+    let found = diagnosis(&runs);
+    let ids: Vec<&str> = found.mechanisms.iter().map(|found| found.id.as_str()).collect();
+    assert_eq!(ids, ["presliding", "seal-drag"], "{:?}", sets(&found));
+}

@@ -66,7 +66,8 @@ impl Balance {
         let noise = found.noise_n * found.noise_n;
         let rounding = found.coarse_step_n.filter(|_| !is_known(Id::ForceQuantisation));
         let rounding = rounding.map(|step| (step * step / 12.0).min(0.9 * noise));
-        let unsteady = open_set::unsteady(&found.bench.rest(&found.fit), &without_coarse(side, rows, &proof.own.after));
+        let rest = open_set::rest_without_orders(&found.bench, &found.fit, &found.members);
+        let unsteady = open_set::unsteady(&rest, &without_coarse(side, rows, &proof.own.after));
         let coherent = unsteady.share * noise;
         // what rounding leaves is noise that follows the force: it comes and goes with it
         let rounds = |run: &Run| quantum(&run.drag_force_n).is_some_and(|step| step > COARSE * found.noise_n);

@@ -4,10 +4,11 @@ use simulation::mechanism::{Id, Kind};
 
 use crate::fit::bench::{Bench, Candidate, Gain, Member};
 use crate::fit::pool::Pool;
-use crate::fit::rest::power;
+use crate::fit::rest::{beyond, power};
 use crate::fit::source::Source;
 use crate::fit::spectrum::is_wave;
 use crate::noise::locks::Locks;
+use crate::numbers::statistics::rms;
 use crate::search::leavings;
 use crate::search::opening::{Asked, is_open};
 
@@ -46,13 +47,17 @@ const COARSE: f64 = 2.0;
 pub(crate) struct Floor {
     /// Of any cause.
     pub(crate) any_n: f64,
+    /// Of all but waves: what calibration leaves where its derivatives are not exact goes with the law, and repeats after no length.
+    pub(crate) inexact_n: f64,
     /// Of all but the rounding itself: what is smaller cannot be told from it.
     pub(crate) rounding_n: f64,
 }
 
 impl Floor {
     fn of(&self, source: &Source) -> f64 {
-        if source.is(Id::ForceQuantisation) { self.any_n } else { self.any_n.max(self.rounding_n) }
+        let rounding_n = if source.is(Id::ForceQuantisation) { 0.0 } else { self.rounding_n };
+        let inexact_n = if is_periodic(source) { 0.0 } else { self.inexact_n };
+        self.any_n.max(rounding_n).max(inexact_n)
     }
 }
 
@@ -73,7 +78,8 @@ pub(crate) fn holds(
         return true;
     }
     let tiny = if is_periodic(&candidate.source) { FURTHER_WAVE } else { FURTHER_IF_EVEN };
-    let is_tiny = gain.nats < tiny * (imitable(bench, candidate, members) + gain.nats);
+    let is_tiny = gain.nats < tiny * (imitable(bench, candidate, members) + gain.nats)
+        && !is_more_than_waves_leave(bench, candidate, gain, members);
     if matches!(candidate.source, Source::Shift { .. }) {
         return !is_tiny && gain.score > (pool.kinds as f64).ln();
     }
@@ -104,6 +110,20 @@ fn shows(
         return opens;
     }
     !members.is_empty() && shows_beside_leavings(bench, pool, candidate, gain, members)
+}
+
+/// Whether only waves could leave what a candidate follows, and it has more force, beyond what the law imitates, than a form may
+/// be wrong by of theirs: in noise that remembers, what is slower than a wave has little evidence for its force.
+fn is_more_than_waves_leave(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, members: &[Member]) -> bool {
+    let leaving: Vec<&Member> = members.iter().filter(|member| may_leave(member, candidate)).collect();
+    if leaving.is_empty() || !leaving.iter().all(|member| is_periodic(&member.candidate.source)) {
+        return false;
+    }
+    let fit = bench.fit_members(members);
+    let size_n = |member: &&Member| size_n(bench, &member.candidate.source, &member.amplitudes(&fit));
+    let waves_n = leaving.iter().map(|member| size_n(member).powi(2)).sum::<f64>().sqrt();
+    let own = bench.force(&candidate.source, &gain.amplitudes);
+    !own.is_empty() && rms(&beyond(&bench.rows, &bench.tangent, &own)) > 2.0 * leavings::WRONG * waves_n
 }
 
 /// Whether a candidate is a joint that only sharpens the profile of a rail that is bent anyway, a bend that only rounds a
@@ -221,13 +241,15 @@ fn place_m(source: &Source, id: Id) -> Option<f64> {
     numbers.find(|(what, _)| definition.id == id && what.name == "place_m").map(|(_, place_m)| *place_m)
 }
 
-/// Finest detail along the rail that how a rail is bent has, m: the shortest order of its wave, or the distance of the entries of its table.
+/// Finest detail along the rail that a cause has, m: the shortest order of a wave, the distance of the entries of a table,
+/// and none at all of what is a polynomial over the stroke; `None` where that is not known.
 fn detail_m(source: &Source) -> Option<f64> {
     let Source::Mechanism { definition, shape, .. } = source else { return None };
     let amplitudes = source.amplitudes() as f64;
     match (definition.id, shape.as_slice()) {
         (Id::RailStraightness, [wave_m]) => Some(wave_m / (0.5 * amplitudes)),
-        (Id::RailStraightness, [from_m, to_m]) => Some((to_m - from_m) / (amplitudes - 1.0)),
+        (Id::RailStraightness | Id::CableChain, [from_m, to_m]) => Some((to_m - from_m) / (amplitudes - 1.0)),
+        (Id::CableChain, _) => Some(f64::INFINITY),
         _ => None,
     }
 }
@@ -267,6 +289,9 @@ mod tests {
         let orders = detail_m(&of(Id::RailStraightness, 1, &[0.3])).expect("a wave of three orders");
         assert!((orders - 0.1).abs() < 1e-12);
         assert_eq!(detail_m(&of(Id::RailJoint, 0, &[0.3])), None);
+        for polynomial in [of(Id::CableChain, 0, &[]), of(Id::CableChain, 2, &[0.03])] {
+            assert!(detail_m(&polynomial).is_some_and(|detail_m| detail_m > COARSE * 0.1), "{polynomial:?}");
+        }
     }
 
     #[test]

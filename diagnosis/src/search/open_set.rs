@@ -6,8 +6,11 @@
 use simulation::curve::Axis;
 
 use crate::fit::bench::{Bench, Beside, Candidate, Member};
+use crate::fit::least_squares::Fit;
 use crate::fit::pool::{Pool, Tolerances, ranked};
 use crate::fit::source::Source;
+use crate::fit::spectrum::is_wave;
+use crate::numbers::linear::remove;
 use crate::numbers::statistics::line;
 use crate::search::clock::Clocks;
 use crate::search::holds::{Floor, is_relevant};
@@ -153,6 +156,34 @@ pub(crate) struct Unsteady {
     pub(crate) p: f64,
     /// Share of the rest's power that coheres.
     pub(crate) share: f64,
+}
+
+/// Highest order of a wave that a rest is freed of before its coherence is looked at.
+const ORDERS: u32 = 8;
+
+/// What a fit leaves, whitened, without higher orders of waves among the members: at some speeds they stand out of the noise,
+/// and then they come and go with the speed.
+pub(crate) fn rest_without_orders(bench: &Bench<'_>, fit: &Fit, members: &[Member]) -> Vec<f32> {
+    let mut rest = bench.rest(fit);
+    let waves = members.iter().filter_map(|member| match &member.candidate.source {
+        Source::Mechanism { definition, form, shape } if is_wave(&definition.forms[*form]) => {
+            Some((*definition, *shape.first()?))
+        }
+        _ => None,
+    });
+    let orders = waves.flat_map(|(definition, length_m)| {
+        (2..=ORDERS).map(move |order| Source::Mechanism {
+            definition,
+            form: 0,
+            shape: vec![length_m / f64::from(order)],
+        })
+    });
+    let candidates = bench.candidates(orders);
+    let columns: Vec<&[f32]> = candidates.iter().flat_map(|of| &of.columns).map(Vec::as_slice).collect();
+    if !columns.is_empty() {
+        remove(&mut rest, &columns);
+    }
+    rest
 }
 
 /// Rows of a window.

@@ -36,6 +36,9 @@ pub(crate) const LEAST_SHARE_OF_SMALL: f64 = 0.035;
 /// [`LEAST_SHARE`] of one with a number at its end: no such cause comes near, and what a form leaves has no form of the library.
 const LEAST_SHARE_AT_ITS_END: f64 = 2.0 * LEAST_SHARE_OF_SMALL;
 
+/// Share of all evidence from which a cause is named however small its force is on the average of all rows: it acts on few.
+const MUCH_EVIDENCE: f64 = 0.5;
+
 /// Most searches.
 const MOST_PASSES: usize = 3;
 
@@ -77,10 +80,10 @@ pub(crate) fn run<'s>(
         let mut pool = prepared(case, &rows, &bench, &tolerances, kept);
         let noise = noise_rms(&rows, &saturation.rest(&rows, &side.contexts, &mismatch, &tangent, &[]));
         let coarse_step_n = case.coarse_step_n(noise);
-        let irrelevant_n = irrelevant_n(case, &rows, &mismatch)?;
+        let (relevant_n, inexact_n) = (relevant_n(case, &rows), inexact_n(case, &rows, &mismatch)?);
         // a force that stays within one step is off by up to half of it, always to the same side
         let rounding_n = coarse_step_n.map_or(step_n.map_or(0.0, rounding), |step| 0.5 * step);
-        let floor = Floor { any_n: irrelevant_n.max(FLOOR_OF_NOISE * noise), rounding_n };
+        let floor = Floor { any_n: relevant_n.max(FLOOR_OF_NOISE * noise), inexact_n, rounding_n };
         let searched = search(&mut bench, &mut pool, &tolerances, &former, floor);
         let mut members = searched.members;
         let noise_of = if pass == 1 { NoiseOf::Curves } else { NoiseOf::Search };
@@ -133,7 +136,7 @@ pub(crate) fn run<'s>(
             has_landed: false,
             p_no_mismatch: least_of([searched.p_no_mismatch, p_of_curve]),
             noise_n,
-            irrelevant_n,
+            irrelevant_n: relevant_n.max(inexact_n),
             left,
             coarse_step_n,
             sets: None,
@@ -157,14 +160,22 @@ fn led(case: &Case<'_>, bench: &Bench<'_>, members: &[Member], values: &[f64]) -
     Ok(Some(case.valley(&bench.rows, causes(members)).settled(values)?).filter(|there| is_far(there)))
 }
 
-/// RMS force below which a mismatch is of no matter, N: what the simulation says is irrelevant, and what derivatives leave
-/// of calibration, which cannot be told from a cause.
+/// RMS force below which a mismatch is of no matter, N.
 pub(crate) fn irrelevant_n(case: &Case<'_>, rows: &Rows, mismatch: &[f64]) -> Result<f64, String> {
-    let Case { given: Given { simulation, nominal, .. }, side, .. } = *case;
-    let before = side.residual(nominal, &nominal.start())?;
+    Ok(relevant_n(case, rows).max(inexact_n(case, rows, mismatch)?))
+}
+
+/// RMS force from which a mismatch is one that matters, as the simulation says, N.
+fn relevant_n(case: &Case<'_>, rows: &Rows) -> f64 {
+    case.given.simulation.tolerance.relevance * rms(&rows.plain(&case.side.drag_n))
+}
+
+/// RMS force that derivatives leave of calibration, which cannot be told from a cause, N.
+fn inexact_n(case: &Case<'_>, rows: &Rows, mismatch: &[f64]) -> Result<f64, String> {
+    let nominal = case.given.nominal;
+    let before = case.side.residual(nominal, &nominal.start())?;
     let calibrated: Vec<f64> = before.iter().zip(mismatch).map(|(before, after)| before - after).collect();
-    let inexact_n = nominal.error_of_derivatives() * rms(&rows.plain(&calibrated));
-    Ok(inexact_n.max(simulation.tolerance.relevance * rms(&rows.plain(&side.drag_n))))
+    Ok(nominal.error_of_derivatives() * rms(&rows.plain(&calibrated)))
 }
 
 /// Drops, the smallest first, members that carry next to nothing of what explains together with them: all whose form may
@@ -182,12 +193,16 @@ fn drop_small(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>) {
             among(&std::iter::once(forces[at].as_slice()).chain(others).collect::<Vec<_>>())[0]
         };
         let shares: Vec<f64> = (0..members.len()).map(share).collect();
+        let evidence = 0.5 * (bench.fit(&bench.law()).rss - fit.rss);
         let least = |at: usize| {
             if bench.is_spoken_for(&members[at].candidate.source) {
                 return 0.0;
             }
+            let Beside { others, own, gain, .. } = bench.beside(members, at);
+            if gain.nats > MUCH_EVIDENCE * evidence {
+                return 0.0;
+            }
             least_share(&members[at].candidate.source, || {
-                let Beside { others, own, gain, .. } = bench.beside(members, at);
                 is_small(bench, &own, &gain, &others) && !shows_beside_leavings(bench, pool, &own, &gain, &others)
             })
         };
@@ -230,7 +245,8 @@ fn doubted(
     members: &mut Vec<Member>,
     floor: Floor,
 ) -> Vec<Option<Doubt>> {
-    let found = doubts(bench, &bench.fit_members(members), members);
+    let mut found = doubts(bench, &bench.fit_members(members), members);
+    adequacy::doubt_what_leaves_a_curve(bench, pool, tolerances, members, &mut found);
     if found.iter().all(Option::is_none) {
         return found;
     }
