@@ -12,7 +12,6 @@ use crate::answer::play::Play;
 use crate::answer::proof::{self, Split, Stages};
 use crate::fit::bench::Member;
 use crate::fit::source::{Source, raw_columns, weighted};
-use crate::fit::spectrum::is_wave;
 use crate::noise::rows::Rows;
 use crate::nominal::Nominal;
 use crate::numbers::linear::{Cholesky, Symmetric, dot};
@@ -20,6 +19,7 @@ use crate::recording::moving::Moving;
 use crate::recording::side::Side;
 use crate::report::{Carried, DataQuality, Holdout};
 use crate::search::found::Found;
+use crate::search::holds::wavelength_m;
 use crate::search::open_set::is_clock;
 
 /// Scores, and residuals of the recordings that taught.
@@ -145,9 +145,7 @@ impl Scene<'_> {
     /// What can be said of a member where places are not those that taught: its mean along the stroke, in either direction
     /// and as far as it goes with the law's force. A wave has none.
     fn without_place(&self, contexts: &[Context<'_>], at: usize) -> Option<Vec<f64>> {
-        if matches!(&self.found.members[at].candidate.source, Source::Mechanism { definition, form, .. }
-            if is_wave(&definition.forms[*form]))
-        {
+        if wavelength_m(&self.found.members[at].candidate.source).is_some() {
             return None;
         }
         let bench = &self.found.bench;

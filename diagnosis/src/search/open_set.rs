@@ -9,11 +9,10 @@ use crate::fit::bench::{Bench, Beside, Candidate, Member};
 use crate::fit::least_squares::Fit;
 use crate::fit::pool::{Pool, Tolerances, ranked};
 use crate::fit::source::Source;
-use crate::fit::spectrum::is_wave;
 use crate::numbers::linear::remove;
 use crate::numbers::statistics::line;
 use crate::search::clock::Clocks;
-use crate::search::holds::{Floor, is_relevant};
+use crate::search::holds::{Floor, is_relevant, wavelength_m};
 use crate::search::opening::{Asked, is_open, p_of};
 
 /// A curve must lead by this many nats ..
@@ -166,9 +165,7 @@ const ORDERS: u32 = 8;
 pub(crate) fn rest_without_orders(bench: &Bench<'_>, fit: &Fit, members: &[Member]) -> Vec<f32> {
     let mut rest = bench.rest(fit);
     let waves = members.iter().filter_map(|member| match &member.candidate.source {
-        Source::Mechanism { definition, form, shape } if is_wave(&definition.forms[*form]) => {
-            Some((*definition, *shape.first()?))
-        }
+        source @ Source::Mechanism { definition, .. } => Some((*definition, wavelength_m(source)?)),
         _ => None,
     });
     let orders = waves.flat_map(|(definition, length_m)| {
