@@ -332,15 +332,3 @@ fn a_force_that_remembers_the_load_is_no_run_in() {
     assert!(!sets(&found).iter().flatten().any(|id| *id == "run-in"), "{:?}", sets(&found));
     assert_eq!(found.mechanisms.first().map(|first| first.id.as_str()), Some("unknown"));
 }
-
-#[test]
-fn what_acts_after_turns_alone_is_named_for_its_evidence() {
-    let presliding = added(Id::Presliding, 0, &[2e-5], &[0.5]);
-    let seal = added(Id::SealDrag, 0, &[], &[2.0]);
-    let runs = [1500.0, 3000.0].map(|preload_n| {
-        recorded(strokes(&[0.0005, 0.01, 0.05], 0.05, 0.0, preload_n), &[presliding.clone(), seal.clone()], nothing, 5)
-    });
-    let found = diagnosis(&runs);
-    let ids: Vec<&str> = found.mechanisms.iter().map(|found| found.id.as_str()).collect();
-    assert_eq!(ids, ["presliding", "seal-drag"], "{:?}", sets(&found));
-}

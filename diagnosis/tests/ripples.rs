@@ -66,8 +66,8 @@ fn at_one_speed_a_ripple_is_no_colour_of_the_noise() {
 #[test]
 fn a_chain_is_named_beside_a_ripple_of_many_times_its_evidence() {
     let course = strokes(&[0.02, 0.04, 0.06, 0.1]);
-    let more = |x: f64| ripple(x, 0.0, [3.0, 1.0, 0.3]) + 4.0 * x;
-    let found = diagnosis(&recorded(&course, more, 0.4, 0.95), &[], &simulation("absolute"));
+    let more = |x: f64| ripple(x, 0.0, [4.5, 1.5, 0.0]) + 5.0 * x;
+    let found = diagnosis(&recorded(&course, more, 0.4, 0.98), &[], &simulation("absolute"));
     assert_eq!(ids(&found), ["drive-ripple", "cable-chain"]);
 }
 

@@ -199,10 +199,7 @@ fn drop_small(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>) {
                 return 0.0;
             }
             let Beside { others, own, gain, .. } = bench.beside(members, at);
-            if gain.nats > MUCH_EVIDENCE * evidence {
-                return 0.0;
-            }
-            least_share(&members[at].candidate.source, || {
+            least_share(&members[at].candidate.source, gain.nats / evidence, || {
                 is_small(bench, &own, &gain, &others) && !shows_beside_leavings(bench, pool, &own, &gain, &others)
             })
         };
@@ -214,8 +211,11 @@ fn drop_small(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>) {
     }
 }
 
-/// Share of what all explain below which a cause is dropped.
-fn least_share(source: &Source, is_small: impl FnOnce() -> bool) -> f64 {
+/// Share of what all explain below which a cause is dropped that has this share of all evidence.
+fn least_share(source: &Source, of_evidence: f64, is_small: impl FnOnce() -> bool) -> f64 {
+    if of_evidence > MUCH_EVIDENCE {
+        return 0.0;
+    }
     if !adequacy::numbers_at_their_end(source).is_empty() {
         return LEAST_SHARE_AT_ITS_END;
     }
@@ -274,8 +274,10 @@ mod tests {
             let shape = definition.forms[0].shape.iter().map(|parameter| parameter.at(at)).collect();
             Source::Mechanism { definition, form: 0, shape }
         };
-        let shares = |is_small: bool| [0.0, 0.5, 1.0].map(|at| least_share(&source(at), || is_small));
+        let shares = |is_small: bool| [0.0, 0.5, 1.0].map(|at| least_share(&source(at), 0.1, || is_small));
         assert_eq!(shares(false), [LEAST_SHARE_AT_ITS_END, LEAST_SHARE, LEAST_SHARE_AT_ITS_END]);
         assert_eq!(shares(true), [LEAST_SHARE_AT_ITS_END, LEAST_SHARE_OF_SMALL, LEAST_SHARE_AT_ITS_END]);
+        // most of the evidence in few rows
+        assert_eq!([0.4, 0.6].map(|part| least_share(&source(0.5), part, || true)), [LEAST_SHARE_OF_SMALL, 0.0]);
     }
 }
