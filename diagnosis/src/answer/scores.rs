@@ -12,6 +12,7 @@ use crate::answer::play::Play;
 use crate::answer::proof::{self, Split, Stages};
 use crate::fit::bench::Member;
 use crate::fit::source::{Source, raw_columns, weighted};
+use crate::fit::spectrum::wavelength_m;
 use crate::noise::rows::Rows;
 use crate::nominal::Nominal;
 use crate::numbers::linear::{Cholesky, Symmetric, dot};
@@ -19,7 +20,6 @@ use crate::recording::moving::Moving;
 use crate::recording::side::Side;
 use crate::report::{Carried, DataQuality, Holdout};
 use crate::search::found::Found;
-use crate::search::holds::wavelength_m;
 use crate::search::open_set::is_clock;
 
 /// Scores, and residuals of the recordings that taught.

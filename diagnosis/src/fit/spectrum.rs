@@ -44,6 +44,14 @@ pub(crate) fn is_wave(form: &Form) -> bool {
     form.shape.len() == 1 && form.shape[0].search == Search::Wave
 }
 
+/// Length of a cause that is a wave, m; `None` of another.
+pub(crate) fn wavelength_m(source: &Source) -> Option<f64> {
+    match source {
+        Source::Mechanism { definition, form, shape } if is_wave(&definition.forms[*form]) => shape.first().copied(),
+        _ => None,
+    }
+}
+
 /// Both ends of the stroke that is compared, m; the first one lies beyond the second where there is none.
 pub(crate) fn span(bench: &Bench<'_>) -> (f64, f64) {
     let mut compared = bench.compared.iter();

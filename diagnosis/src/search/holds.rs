@@ -6,7 +6,7 @@ use crate::fit::bench::{Bench, Candidate, Gain, Member};
 use crate::fit::pool::Pool;
 use crate::fit::rest::{beyond, power};
 use crate::fit::source::Source;
-use crate::fit::spectrum::is_wave;
+use crate::fit::spectrum::{is_wave, wavelength_m};
 use crate::noise::locks::Locks;
 use crate::numbers::statistics::rms;
 use crate::search::leavings;
@@ -224,14 +224,6 @@ pub(crate) fn may_leave(member: &Member, candidate: &Candidate) -> bool {
         _ => true,
     };
     !is_periodic(&member.candidate.source) || (candidate.source.is_phase_bound() && is_fine())
-}
-
-/// Length of a wave, m.
-pub(crate) fn wavelength_m(source: &Source) -> Option<f64> {
-    match source {
-        Source::Mechanism { definition, form, shape } if is_wave(&definition.forms[*form]) => shape.first().copied(),
-        _ => None,
-    }
 }
 
 /// Place of a cause of some kind, m; `None` of another, and of one that is everywhere.

@@ -38,7 +38,8 @@ use crate::fit::least_squares::Fit;
 use crate::fit::pool::{Pool, Tolerances, ranked};
 use crate::fit::refine::refine;
 use crate::fit::source::Source;
-use crate::search::holds::{FURTHER, Floor, holds, is_small, locks_beside_leavings, wavelength_m};
+use crate::fit::spectrum::wavelength_m;
+use crate::search::holds::{FURTHER, Floor, holds, is_small, locks_beside_leavings};
 use crate::search::opening::{Asked, MORE, is_open, level};
 
 /// Most causes that act together.

@@ -9,10 +9,11 @@ use crate::fit::bench::{Bench, Beside, Candidate, Member};
 use crate::fit::least_squares::Fit;
 use crate::fit::pool::{Pool, Tolerances, ranked};
 use crate::fit::source::Source;
+use crate::fit::spectrum::wavelength_m;
 use crate::numbers::linear::remove;
 use crate::numbers::statistics::line;
 use crate::search::clock::Clocks;
-use crate::search::holds::{Floor, is_relevant, wavelength_m};
+use crate::search::holds::{Floor, is_relevant};
 use crate::search::opening::{Asked, is_open, p_of};
 
 /// A curve must lead by this many nats ..
