@@ -100,7 +100,8 @@ fn attempt(
         true => Split::of(runs),
         false => Split::none(runs.iter().map(Run::len).sum()),
     };
-    let ends = Ends::of(runs, &split(runs).held);
+    let moved_kg = simulation.axis.moved_mass_kg.unwrap_or(0.0);
+    let ends = Ends::of(runs, &split(runs).held, moved_kg);
     let edges = ends.as_ref().and_then(Edges::of);
     quality.warnings.extend(ends.as_ref().and_then(Skew::of).map(|skew| skew.said()));
     let together = factor(runs);

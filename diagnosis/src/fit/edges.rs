@@ -5,12 +5,14 @@
 //! g(t) = (F(t) - F_before)/(F_after - F_before)       of one start from rest, or one stop
 //! late   time from where the position leaves its rest, or comes to it, to where g passes 1/2
 //! tail   ∫ (1 - g) dt behind that, of stops, as far as the window goes: the force of a carriage that rests is known
+//! near   the same of the first rows, above those behind them: slow noise has no part in it
 //! ```
 //!
 //! While the motion keeps its direction the three look alike. At its ends they do not: a channel that is late steps late,
 //! a filter steps late and leaves a tail, and a friction whose size lags behind has its sign at once. The position leaves
 //! its rest so slowly that a start is seen late, and a stop by as much too early: half the sum of both is free of it where
-//! the ramps are alike, and how fast they go through two heights tells how alike they are.
+//! the ramps are alike, and how fast they go through two heights tells how alike they are. Where the acceleration was measured, the force that
+//! a known mass takes is none of F: one that is larger than the friction would pass the middle elsewhere.
 
 use simulation::mechanism::Id;
 use simulation::run::Run;
@@ -50,13 +52,18 @@ const RAMP: usize = 10;
 /// Standard error of the mean lateness of starts, or of stops, from which nothing is said, s.
 const SURE_S: f64 = 1e-3;
 
-/// Standard errors that a cause may be off by.
+/// Standard errors that a cause may be off by, and from which a force is taken to fade.
 const ERRORS: f64 = 3.0;
+const FADES: f64 = 4.0;
 
 /// Tail from which a force is no merely late one, s, rows, and of what it is late by: a filter's is 0.7 of it.
-const TAIL_S: f64 = 4e-4;
-const TAIL_ROWS: f64 = 0.1;
+const TAIL_S: f64 = 2e-4;
+const TAIL_ROWS: f64 = 0.05;
 const TAIL_SHARE: f64 = 0.2;
+
+/// Rows in which a filter that is fast fades, and those behind them that it is held against.
+const NEAR: usize = 2;
+const BEHIND: usize = 8;
 
 /// Scatters from the median, and least time, s, beyond which a start or stop is another matter.
 const OUTLYING: f64 = 3.0;
@@ -78,6 +85,8 @@ pub(crate) struct Edges {
     late_error_s: f64,
     tail_s: f64,
     tail_error_s: f64,
+    near_s: f64,
+    near_error_s: f64,
     step_s: f64,
     window_s: f64,
 }
@@ -89,6 +98,7 @@ struct Edge {
     at_s: f64,
     late_s: f64,
     tail_s: f64,
+    near_s: f64,
     /// Time in which the position goes from the first height to the second.
     ramp_s: f64,
 }
@@ -101,8 +111,9 @@ pub(crate) struct Ends {
 }
 
 impl Ends {
-    /// `None` without a position. Rows that are `held` back (one entry a row of all runs) have no say.
-    pub(crate) fn of(runs: &[Run], held: &[bool]) -> Option<Self> {
+    /// `None` without a position. Rows that are `held` back (one entry a row of all runs) have no say. `mass_kg`: what is known
+    /// to be moved.
+    pub(crate) fn of(runs: &[Run], held: &[bool], mass_kg: f64) -> Option<Self> {
         let (mut starts, mut stops) = ((Vec::new(), 0), (Vec::new(), 0));
         let mut rest_of_held = held;
         for (number, run) in runs.iter().enumerate() {
@@ -114,8 +125,11 @@ impl Ends {
                 continue;
             }
             let is_held = held.iter().chain(std::iter::repeat(&false));
-            let force: Vec<f64> =
-                run.drag_force_n.iter().zip(is_held).map(|(f, held)| if *held { f64::NAN } else { *f }).collect();
+            let force: Vec<f64> = friction(run, mass_kg)
+                .into_iter()
+                .zip(is_held)
+                .map(|(f, held)| if *held { f64::NAN } else { f })
+                .collect();
             for part in &run.parts {
                 let (x, f) = (&position[part.rows.clone()], &force[part.rows.clone()]);
                 let rests = rests(x);
@@ -170,12 +184,14 @@ impl Edges {
             return None;
         }
         let unlike_s = 0.5 * (ramp(starts)? - ramp(stops)?).abs();
-        let tail = of(stops, |edge| edge.tail_s);
+        let (tail, near) = (of(stops, |edge| edge.tail_s), of(stops, |edge| edge.near_s));
         Some(Edges {
             late_s: 0.5 * (start.0 + stop.0),
             late_error_s: (0.5 * start.1.hypot(stop.1)).hypot(FILTERS_S) + unlike_s / ERRORS,
             tail_s: tail.0,
             tail_error_s: tail.1,
+            near_s: near.0,
+            near_error_s: near.1,
             step_s,
             window_s: window(step_s) as f64 * step_s,
         })
@@ -195,7 +211,7 @@ impl Edges {
                 // behind its middle exp(-t/τ) has half of its area, of which the window sees all but the end
                 let seen_s = time * (0.5 - (-self.window_s / time.max(1e-9)).exp()).max(0.0);
                 let is_there = self.tail_s + ERRORS * self.tail_error_s >= PRESENT * seen_s;
-                is_there && (!self.is_late() || self.tail_s > ERRORS * self.tail_error_s)
+                is_there && (!self.is_late() || self.fades_by(ERRORS))
             }
             _ => true,
         }
@@ -203,7 +219,7 @@ impl Edges {
 
     /// Whether starts and stops alone are evidence for a cause, whatever the rest of the recording shows of it.
     pub(crate) fn speak_for(&self, source: &Source) -> bool {
-        let is_faded = self.has_tail() && self.late_s > self.slack_s() && self.tail_s > SPEAKS * self.tail_error_s;
+        let is_faded = self.fades_by(SPEAKS) && self.late_s > self.slack_s();
         source.is(Id::TimeMisalignment) && self.is_late() || source.is(Id::ForceLowpass) && is_faded
     }
 
@@ -215,13 +231,18 @@ impl Edges {
     /// How much likelier they are with a force that is late or fades, nats.
     pub(crate) fn nats(&self) -> f64 {
         let square = |errors: f64| 0.5 * errors * errors;
-        square(self.late_s / self.late_error_s).max(square(self.tail_s / self.tail_error_s))
+        self.seen().into_iter().map(square).fold(0.0, f64::max)
     }
 
     /// p-value of "the force is neither late nor fades".
     pub(crate) fn p(&self) -> f64 {
         let p = |errors: f64| libm::erfc(errors.abs() / std::f64::consts::SQRT_2);
-        least_of([p(self.late_s / self.late_error_s), p(self.tail_s / self.tail_error_s)])
+        least_of(self.seen().map(p))
+    }
+
+    /// Lateness and both tails, of their standard errors.
+    fn seen(&self) -> [f64; 3] {
+        [self.late_s / self.late_error_s, self.tail_s / self.tail_error_s, self.near_s / self.near_error_s]
     }
 
     /// Keeps the amplitudes of a cause to what the edges tell of them.
@@ -244,8 +265,14 @@ impl Edges {
 
     /// Whether the force fades where a carriage stops.
     fn has_tail(&self) -> bool {
+        self.fades_by(FADES)
+    }
+
+    /// The same, surely by so many standard errors.
+    fn fades_by(&self, errors: f64) -> bool {
         let least = TAIL_S.max(TAIL_ROWS * self.step_s).max(TAIL_SHARE * self.late_s);
-        self.tail_s > least + ERRORS * self.tail_error_s
+        // slow noise is in the whole tail, and not in the near one
+        self.near_s > least.max(errors * self.near_error_s) || self.tail_s > least + errors * self.tail_error_s
     }
 }
 
@@ -333,6 +360,14 @@ fn alike(mut edges: Vec<Edge>) -> Vec<Edge> {
     edges
 }
 
+/// The force without what the mass takes, where that was measured.
+fn friction(run: &Run, mass_kg: f64) -> Vec<f64> {
+    match run.acceleration_m_s2.as_ref().filter(|_| mass_kg > 0.0) {
+        Some(acceleration) => run.drag_force_n.iter().zip(acceleration).map(|(f, a)| f - mass_kg * a).collect(),
+        None => run.drag_force_n.clone(),
+    }
+}
+
 /// Rests of a part: rows over which the position moves hardly more than where it moves least.
 fn rests(x: &[f64]) -> Vec<std::ops::Range<usize>> {
     if x.len() < 4 * WINDOW_ROWS {
@@ -374,8 +409,15 @@ fn start(x: &[f64], f: &[f64], rest: std::ops::Range<usize>, step_s: f64) -> Opt
     let height = (MOVED * off).max(LEAST_M);
     let middle = (inner.start + inner.end) / 2;
     let near = (rest.end + RAMP * window).min(x.len());
-    let leaves = |height: f64| (middle..near).find(|n| !((x[*n] - place).abs() <= height));
-    let (at, farther) = (leaves(height)?, leaves(FARTHER * height)?);
+    let way = |n: usize| (x[n] - place).abs();
+    // between rows, by a straight line
+    let leaves = |height: f64| {
+        let n = (middle..near).find(|n| !(way(*n) <= height))?;
+        let before = n.checked_sub(1).map_or(0.0, way);
+        let part = (height - before) / (way(n) - before);
+        Some((n, n as f64 - 1.0 + if (0.0..=1.0).contains(&part) { part } else { 1.0 }))
+    };
+    let ((at, left), (_, farther)) = (leaves(height)?, leaves(FARTHER * height)?);
     let (from, to) = (at.checked_sub(window)?, at + window);
     if to >= f.len() || from < rest.start || f[from..to].iter().any(|f| !f.is_finite()) {
         return None;
@@ -389,13 +431,18 @@ fn start(x: &[f64], f: &[f64], rest: std::ops::Range<usize>, step_s: f64) -> Opt
     let moved = |n: usize| (f[n] - before) / (after - before);
     let mut passes = (from + 1..to).filter(|n| (moved(*n) >= 0.5) != (moved(n - 1) >= 0.5));
     let (Some(passed), None) = (passes.next(), passes.next()) else { return Some(None) };
+    let half = passed as f64 - 1.0 + (0.5 - moved(passed - 1)) / (moved(passed) - moved(passed - 1));
     let tail: f64 = (from..passed).map(moved).sum();
+    let near = passed.saturating_sub(NEAR).max(from);
+    let behind: Vec<f64> = (near.saturating_sub(BEHIND - NEAR).max(from)..near).map(moved).collect();
+    let above: f64 = (near..passed).map(moved).sum::<f64>() - (passed - near) as f64 * mean(&behind);
     Some(Some(Edge {
         run: 0,
         at_s: 0.0,
-        late_s: (passed as f64 - at as f64) * step_s,
+        late_s: (half - left) * step_s,
         tail_s: tail * step_s,
-        ramp_s: (farther - at) as f64 * step_s,
+        near_s: above * step_s,
+        ramp_s: (farther - left) * step_s,
     }))
 }
 
@@ -418,6 +465,35 @@ mod tests {
 
     use super::*;
 
+    /// What is moved, where an acceleration was measured.
+    const MASS_KG: f64 = 20.0;
+
+    /// Time of a stroke and the rest before it, s.
+    const EACH_S: f64 = 1.2037;
+
+    /// Time since a rest began, and the direction of the stroke behind it.
+    fn since(t: f64) -> (f64, f64) {
+        let is_forth = ((t / EACH_S).floor() as i64).rem_euclid(2) == 0;
+        (t.rem_euclid(EACH_S), if is_forth { 1.0 } else { -1.0 })
+    }
+
+    /// Up within 0.1 s, down within 0.1 s, without jumps of the acceleration.
+    fn speed_m_s(t: f64) -> f64 {
+        let (since, direction) = since(t);
+        let part = ((since - 0.4) / 0.1).min((0.9 - since) / 0.1).clamp(0.0, 1.0);
+        direction * 0.05 * part * part * (3.0 - 2.0 * part)
+    }
+
+    /// The same with the force that a mass takes, up to two and a half times the friction's, and its acceleration.
+    fn heavy(mut run: Run, late_s: f64) -> Run {
+        let at = |t: f64| (speed_m_s(t + 1e-5) - speed_m_s(t - 1e-5)) / 2e-5;
+        run.acceleration_m_s2 = Some(run.time_s.iter().map(|t| 1.7 * at(*t)).collect());
+        for (f, t) in run.drag_force_n.iter_mut().zip(&run.time_s) {
+            *f += MASS_KG * 1.7 * at(t - late_s);
+        }
+        run
+    }
+
     /// Forty strokes to and fro with rests between, 10 N of friction with its sign `late_s` after that of the speed and
     /// through a filter of `filter_s`; after a turn, play takes `play_s` up.
     fn strokes(late_s: f64, filter_s: f64, play_s: f64) -> Run {
@@ -425,27 +501,16 @@ mod tests {
     }
 
     fn strokes_at(step_s: f64, late_s: f64, filter_s: f64, play_s: f64) -> Run {
-        let (fine, each_s) = ((1e4 * step_s) as usize, 1.2037);
-        let sign = |t: f64| {
-            let (stroke, since) = ((t / each_s).floor(), t.rem_euclid(each_s));
-            let direction = if (stroke as i64).rem_euclid(2) == 0 { 1.0 } else { -1.0 };
-            let is_moving = t > 0.0 && (0.4..0.9).contains(&since);
-            if is_moving { (direction, since) } else { (0.0, since) }
-        };
-        // up within 0.1 s, down within 0.1 s
-        let speed = |t: f64| {
-            let (direction, since) = sign(t);
-            direction * 0.05 * ((since - 0.4) / 0.1).min((0.9 - since) / 0.1).clamp(0.0, 1.0)
-        };
+        let fine = (1e4 * step_s) as usize;
         let mut noise = Noise::new(3, 0);
         let (mut x, mut filtered) = (0.0, 0.0);
         let mut run = Run { position_m: Some(Vec::new()), ..Run::default() };
-        for n in 0..(40.0 * each_s / step_s) as usize {
+        for n in 0..(40.0 * EACH_S / step_s) as usize {
             for k in 0..fine {
                 let t = (n as f64 + k as f64 / fine as f64) * step_s;
-                x += speed(t) * step_s / fine as f64;
-                let (direction, since) = sign(t - late_s);
-                let force = if since - 0.4 < play_s { 0.0 } else { 10.0 * direction };
+                x += speed_m_s(t) * step_s / fine as f64;
+                let (since, direction) = since(t - late_s);
+                let force = if (0.4 + play_s..0.9).contains(&since) { 10.0 * direction } else { 0.0 };
                 let share = if filter_s > 0.0 { 1.0 - (-step_s / fine as f64 / filter_s).exp() } else { 1.0 };
                 filtered += share * (force - filtered);
             }
@@ -458,7 +523,7 @@ mod tests {
     }
 
     fn ends(run: &Run) -> Option<Ends> {
-        Ends::of(std::slice::from_ref(run), &vec![false; run.len()])
+        Ends::of(std::slice::from_ref(run), &vec![false; run.len()], MASS_KG)
     }
 
     fn of(run: Run) -> Option<Edges> {
@@ -502,6 +567,18 @@ mod tests {
         assert!(
             !filtered.allow(&source(Id::TimeMisalignment, &[])) && !filtered.allow(&source(Id::FrictionalLag, &[0.01]))
         );
+    }
+
+    #[test]
+    fn a_mass_whose_acceleration_was_measured_hides_nothing() {
+        let on_time = of(heavy(strokes(0.0, 0.0, 0.0), 0.0)).expect("it rests and starts");
+        assert!(on_time.late_s.abs() < 4e-4 && !on_time.has_tail() && !on_time.is_late(), "{on_time:?}");
+        let late = of(heavy(strokes(3e-3, 0.0, 0.0), 3e-3)).expect("it rests and starts");
+        assert!((late.late_s - 3e-3).abs() < 6e-4 && late.is_late(), "{late:?}");
+        let mut unmeasured = heavy(strokes(0.0, 0.0, 0.0), 0.0);
+        unmeasured.acceleration_m_s2 = None;
+        let unmeasured = of(unmeasured);
+        assert!(unmeasured.is_none(), "{unmeasured:?}");
     }
 
     #[test]
