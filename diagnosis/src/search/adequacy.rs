@@ -69,11 +69,14 @@ const SILENT: f64 = 1e-3;
 /// Share of its way at which a number is at its end.
 const END: f64 = 0.01;
 
-/// Share of what all causes explain that a curve without a name may explain beside a cause that goes with the travel, and
-/// what it must explain at least, nats: what wears off or is used up leaves no curve anything. Read off an opened trial
-/// (docs/trials/19): beside right names it is 0.02 at most, beside wrong ones 0.07 and more.
+/// Share of what all causes explain that a curve without a name may explain beside a cause that goes with the travel or a
+/// temperature, and what it must explain at least, nats: what wears off, is used up or warms leaves no curve anything. Read off
+/// opened trials (docs/trials/19, 20): beside right names it is 0.02 at most, beside wrong ones 0.07 and more.
 const LEFT_TO_CURVES: f64 = 0.04;
 const LEAST_LEFT_TO_CURVES: f64 = 20.0;
+
+/// Axes of causes that leave none.
+const LEAVES_NO_CURVE: [Axis; 3] = [Axis::Travel, Axis::Temperature, Axis::TemperatureDifference];
 
 /// Axes of what is slow.
 const SLOW: [&str; 3] = ["time", "travel", "temperature-difference"];
@@ -116,7 +119,7 @@ pub(crate) fn doubts(bench: &Bench<'_>, fit: &Fit, members: &[Member]) -> Vec<Op
     found
 }
 
-/// Doubts names of what goes with the travel where a curve without a name explains more beside all causes than those leave.
+/// Doubts names of what leaves no curve anything where one without a name explains more beside all causes.
 pub(crate) fn doubt_what_leaves_a_curve(
     bench: &Bench<'_>,
     pool: &mut Pool,
@@ -124,7 +127,7 @@ pub(crate) fn doubt_what_leaves_a_curve(
     members: &[Member],
     found: &mut [Option<Doubt>],
 ) {
-    if !members.iter().any(|member| goes_with_travel(&member.candidate.source)) {
+    if !members.iter().any(|member| leaves_no_curve(&member.candidate.source)) {
         return;
     }
     let fit = bench.fit_members(members);
@@ -135,16 +138,17 @@ pub(crate) fn doubt_what_leaves_a_curve(
         .map(|(index, gain)| gain.nats - pool.stories[index].columns.len() as f64);
     if of_curves.fold(0.0, f64::max) > LEAST_LEFT_TO_CURVES.max(LEFT_TO_CURVES * evidence) {
         for (member, doubt) in members.iter().zip(found) {
-            if goes_with_travel(&member.candidate.source) {
+            if leaves_no_curve(&member.candidate.source) {
                 *doubt = doubt.or(Some(Doubt::BesideNameless));
             }
         }
     }
 }
 
-/// Whether a cause goes with the travel.
-fn goes_with_travel(source: &Source) -> bool {
-    matches!(source, Source::Mechanism { definition, .. } if definition.axis == Axis::Travel.name())
+/// Whether a cause goes with what has been travelled or with a temperature.
+fn leaves_no_curve(source: &Source) -> bool {
+    matches!(source, Source::Mechanism { definition, .. }
+        if LEAVES_NO_CURVE.iter().any(|axis| definition.axis == axis.name()))
 }
 
 /// Whether a cause may be a part of a larger one that has no name: what is tied to a place is told by the place, a wave is no
