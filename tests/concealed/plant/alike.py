@@ -2,7 +2,8 @@
 
 An effect stands where, in one of a few more drawings, at the best size and with a sign that it can have, with the constants
 of the law inside their tolerance, it leaves less of the hidden difference than anyone could see (a score below VISIBLE), or less than
-one drawing of the hidden effect leaves of another: a fiftieth of the evidence.
+one drawing of the hidden effect leaves of another: a fiftieth of the evidence, or what the drawings here leave. One of the drawings
+is the plain one where a kind has it (a seal without cage and slope).
 """
 import numpy as np
 from .effect import Effect
@@ -14,13 +15,15 @@ ALIKE = 0.02 ** 0.5  # of the score; a seal's ripple and a contact's hysteresis 
 ELSEWHERE = ("external-load", "viscosity-temperature", "parameter-shift")  # a known weight, a sensor's law, the law itself
 
 
-def standing(seed, c, w, design, classes, d, sigma, law, tolerance):
-    """Ids that explain the difference `d` at the recorded samples as well as the effect that made it."""
+def standing(seed, c, w, design, classes, hidden, d, sigma, law, tolerance):
+    """Ids that explain the difference `d` at the recorded samples as well as the effect `hidden` that made it."""
     names, cols = tangents(c, w)
     without = c.rec(true_force(c, w, []))
     prior = 1 / np.array([max(tolerance.get(n, 0.03), 1e-6) for n in names] + [1e3] * (len(cols) - len(names))) ** 2
     white = whitened(c, sigma, law)
     x, y = np.stack([white(q) for q in cols], 1), white(d)
+
+    size = np.sqrt(np.mean(d ** 2))
 
     def left(column=None, free=None):
         """Score that is left beside one more column, which has to be positive, or with a constant of the law set free."""
@@ -33,9 +36,10 @@ def standing(seed, c, w, design, classes, d, sigma, law, tolerance):
         if column is not None and g[-1] <= 0:
             return np.inf
         return float(np.sqrt(np.sum((y - a @ g) ** 2) + np.sum(p * g * g)))
-    most = max(VISIBLE, ALIKE * left())
+    own = next((cls for cls in classes if cls.id == hidden.id), None)
+    drawn = [left(column) for column in _drawn(seed, c, w, design, own, without, size)] if own else []
+    most = max([VISIBLE, ALIKE * left(), *(x for x in drawn if np.isfinite(x))])
     found = {"parameter-shift"} if any(left(free=i) < most for i in range(len(names))) else set()
-    size = np.sqrt(np.mean(d ** 2))
     for cls in classes:
         if cls.id in ELSEWHERE or cls.after_noise is not Effect.after_noise or cls.channels is not Effect.channels:
             continue
@@ -46,8 +50,10 @@ def standing(seed, c, w, design, classes, d, sigma, law, tolerance):
 
 def _drawn(seed, c, w, design, cls, without, size):
     """Differences that drawings of an effect make, of about a size, with every sign it can have."""
-    for drawing in range(DRAWINGS):
+    for drawing in range(DRAWINGS + bool(cls.plain)):
         e = cls(np.random.Generator(np.random.PCG64([seed, 7, drawing])), w, design)
+        if drawing == DRAWINGS:
+            e.p |= cls.plain
         for sign in (1.0, -1.0) if "sign" in e.p else (1.0,):
             if "sign" in e.p:
                 e.p["sign"] = sign

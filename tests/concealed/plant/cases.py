@@ -141,7 +141,7 @@ def build(seed, kind, out, effect=None, strength=3.0, law="white", short=False, 
                        "equivalents": sorted(set(plan["equivalents"]) | set(e.equivalents)), "near": list(e.near),
                        "also_allowed": ["load-crosstalk"] if d["preload"][0] == d["preload"][1] and {"force-offset", "gravity-tilt"} & ({e.id} | set(plan["equivalents"])) else [], "absorbed_share_by_gains": share, "ideal_z": z, "where": where(c, e, rest)})
         if kind == "undecidable":
-            stands = standing(seed, c, w, d, list(PHYSICS.values()) + list(SENSORS.values()), diff, _sigma(c, c.rec(true_force(c, w, [])), level), law, tolerance)
+            stands = standing(seed, c, w, d, list(PHYSICS.values()) + list(SENSORS.values()), e, diff, _sigma(c, c.rec(true_force(c, w, [])), level), law, tolerance)
             if share > 0.9:  # constants of the law swallow it, and so does a gain of the channel
                 stands |= {"parameter-shift", "force-gain"}
             if d.get("one_way") and "force-gain" in stands:  # in one direction a gain is all that an asymmetry is

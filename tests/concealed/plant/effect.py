@@ -13,6 +13,7 @@ class Effect:
     unit = ""              # of k
     equivalents = ()       # ids that no recording of this design can tell from it
     near = ()              # ids that resemble it in many recordings
+    plain = {}             # shape constants of the drawing that has as little shape as its kind can have
     name_k = "scale"
 
     def __init__(self, rng, world, design):

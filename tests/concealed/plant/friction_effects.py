@@ -9,6 +9,7 @@ from .session import walther_of
 class SealDrag(Effect):
     """E1 (and E25): lips of nearly constant drag, slightly falling with speed, plus a cage that drags once per loop."""
     id, unit, name_k, first = "seal-drag", "N", "seal_n", 1.0
+    plain = {"speed_exponent": 0.0, "cage_share": 0.0}
 
     def draw(self, rng, world, design):
         self.p = {"speed_exponent": rng.uniform(-0.02, 0.02), "cage_share": rng.uniform(0.0, 0.03), "cage_loop_m": rng.uniform(0.42, 0.48)}
