@@ -246,6 +246,19 @@ fn dirt_whose_single_rows_do_not_stand_out_is_found_by_its_shape() {
     assert!((0.5..2.0).contains(&(height.value / (3.0 * NOISE_N))), "{height:?}");
 }
 
+/// Noise of just over half a step does not always carry the force over it, and what is one count more has the length of a spot.
+#[test]
+fn spots_of_one_count_of_the_channel_are_no_dirt() {
+    let simulation = simulation("");
+    let step_n = 1.8 * NOISE_N;
+    let counted = |height_n: f64| {
+        let mut run = recorded(&simulation, strokes(), dirt(height_n, 2e-3, 1.0));
+        run.drag_force_n.iter_mut().for_each(|force| *force = (*force / step_n).round() * step_n);
+        ids(&outcome(&run, &simulation).diagnosis).contains(&"contamination")
+    };
+    assert!(counted(3.0 * step_n) && !counted(1.2 * step_n));
+}
+
 #[test]
 fn few_spots_are_dirt_if_they_are_high_and_none_as_high_pushes() {
     let simulation = simulation("");

@@ -53,6 +53,10 @@ const FEWEST: usize = 4;
 /// Height of a spot that is none above what is around it, N: half of them must have more.
 const NOTHING_N: f64 = 1e-12;
 
+/// Height, in steps of the channel, up to which a spot may be one count more: those that were seen where there was no dirt
+/// had 1.01 and 1.02 (docs/trials/18, 20).
+const ONE_COUNT: f64 = 1.5;
+
 /// Rows of a spot from which its length is told.
 const RESOLVED: f64 = 3.0;
 
@@ -138,7 +142,8 @@ pub(crate) fn spots(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64
     let longest_m = lengths.last().map_or(0.0, |(length_m, _)| *length_m);
     let spots = described(&tracks, &lengths, best, p, left, side);
     let is_one = (1.01 * SHORTEST_M..0.99 * longest_m).contains(&spots.length_m.value);
-    (is_one && spots.force_n.value > NOTHING_N).then_some(spots)
+    let step_n = side.contexts.iter().filter_map(|context| quantum(&context.run.drag_force_n)).fold(0.0, f64::max);
+    (is_one && spots.force_n.value > NOTHING_N.max(ONE_COUNT * step_n)).then_some(spots)
 }
 
 /// Numbers each √2 times the one before.
