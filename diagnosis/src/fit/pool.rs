@@ -148,6 +148,20 @@ impl Pool {
         best.map(|(candidate, _)| refine(bench, candidate, fit))
     }
 
+    /// The best of every other form of a cause, of those that were ranked beyond a fit.
+    pub(crate) fn other_forms(&self, bench: &Bench<'_>, source: &Source, fit: &Fit) -> Vec<usize> {
+        let Source::Mechanism { definition, form: known, .. } = source else { return Vec::new() };
+        let of_form = |form: usize| {
+            let is_of_form = |index: &usize| match &self.causes[*index].source {
+                Source::Mechanism { definition: d, form: f, .. } => d.id == definition.id && *f == form,
+                _ => false,
+            };
+            let score = |index: &usize| bench.gain(&self.causes[*index], fit).score;
+            (0..self.causes.len()).filter(is_of_form).max_by(|a, b| score(a).total_cmp(&score(b)))
+        };
+        (0..definition.forms.len()).filter(|form| form != known).filter_map(of_form).collect()
+    }
+
     /// The minimal form of a cause, where it adds most to a fit.
     pub(crate) fn minimal(&mut self, bench: &Bench<'_>, source: &Source, fit: &Fit) -> Option<(&Candidate, Gain)> {
         let own = self.causes.iter_mut().filter(|c| c.source.is_minimal() && c.source.is_kin(source));

@@ -63,12 +63,12 @@ pub(crate) fn of(
     let own_score = minimal.as_ref().map_or(own_gain.score, |(_, minimal)| minimal.score.min(own_gain.score));
     let own_nats = minimal.as_ref().map_or(own_gain.nats, |(_, minimal)| minimal.nats.min(own_gain.nats));
     let minimal = minimal.map(|(candidate, _)| candidate.clone());
-    let tie = TIE.max(NEAR * own_gain.nats);
-    let is_asymmetry = own.source.is(Id::DirectionAsymmetry);
+    let race = Race { bench, own, own_gain, own_nats, own_score };
     let mut candidates = vec![own.clone()];
+    let mut tied: Vec<(Candidate, f64, f64)> = Vec::new();
     let mut against = 0.0;
     if !own.source.is_story() {
-        let far = (6.0 * tie).max(0.2 * own_gain.nats);
+        let far = (6.0 * race.tie()).max(0.2 * own_gain.nats);
         let rivals: Vec<usize> = pool
             .ranked_causes(bench, fit, tolerances)
             .into_iter()
@@ -84,34 +84,71 @@ pub(crate) fn of(
             .map(|(index, _)| index)
             .collect();
         for index in rivals {
-            let (rival, gain) = refine(bench, &pool.causes[index], fit);
-            // that a name has more numbers speaks against it only where they bend, or are many
-            let is_plain =
-                rival.source.shapes() == 0 && (rival.source.is_minimal() || rival.freedom() <= own.freedom() + 1);
-            let is_within_a_row = [(own, own_gain), (&rival, &gain)]
-                .iter()
-                .all(|(late, gain)| late_by_s(late, gain).is_some_and(|late_s| late_s.abs() < bench.step_s));
-            let tie = if is_within_a_row {
-                tie.max(TIE_WITHIN_A_ROW).max(NEAR_WITHIN_A_ROW * own_nats)
-            } else if is_asymmetry && is_constant(bench, &rival) {
-                tie.max(NEAR_OF_ASYMMETRY * own_nats)
-            } else {
-                tie
-            };
-            let behind = if is_plain || is_within_a_row { own_nats - gain.nats } else { own_score - gain.score };
+            let (mut rival, mut behind, mut tie) = race.behind(refine(bench, &pool.causes[index], fit));
+            if behind >= tie {
+                // a form that is best where the grid has a point need not be best where it has none
+                for other in pool.other_forms(bench, &pool.causes[index].source, fit) {
+                    let (other, others_behind, others_tie) = race.behind(refine(bench, &pool.causes[other], fit));
+                    if others_behind - others_tie < behind - tie {
+                        (rival, behind, tie) = (other, others_behind, others_tie);
+                    }
+                }
+            }
             if behind < tie {
-                candidates.push(rival);
+                tied.push((rival, behind, tie));
             } else {
                 // two writings of one cause differ by a share of the evidence: it counts for no more than that
                 against += (-behind.min(behind * TIE / tie)).exp();
             }
         }
     }
+    // a law with a number off has its tolerance against it: what does better than that may be far behind others
+    let is_shift = matches!(own.source, Source::Shift { .. });
+    let first = tied.iter().map(|(_, behind, _)| *behind).fold(0.0, f64::min);
+    tied.retain(|(_, behind, tie)| !is_shift || behind.abs() < *tie || behind - first < *tie);
+    candidates.extend(tied.into_iter().map(|(rival, ..)| rival));
     candidates.sort_by_key(|candidate| candidate.source.simplicity());
     let constants: Vec<Candidate> =
         candidates.iter().chain(&minimal).filter(|c| is_constant(bench, c)).cloned().collect();
     candidates.retain(|candidate| !constants.iter().any(|constant| is_with_more(candidate, constant)));
     Set { candidates, confidence: (1.0 / (1.0 + against)).clamp(0.5, 0.99) }
+}
+
+/// A member against one rival after the other.
+struct Race<'a, 'b> {
+    bench: &'a Bench<'b>,
+    own: &'a Candidate,
+    own_gain: &'a Gain,
+    /// What the member explains, and the same less what its freedom costs; of its minimal form where that is enough.
+    own_nats: f64,
+    own_score: f64,
+}
+
+impl Race<'_, '_> {
+    /// Nats by which rivals may be behind.
+    fn tie(&self) -> f64 {
+        TIE.max(NEAR * self.own_gain.nats)
+    }
+
+    /// A rival, by how many nats it is behind, and by how many it may be.
+    fn behind(&self, (rival, gain): (Candidate, Gain)) -> (Candidate, f64, f64) {
+        let Race { bench, own, own_gain, own_nats, own_score } = *self;
+        // that a name has more numbers speaks against it only where they bend, or are many
+        let is_plain =
+            rival.source.shapes() == 0 && (rival.source.is_minimal() || rival.freedom() <= own.freedom() + 1);
+        let is_within_a_row = [(own, own_gain), (&rival, &gain)]
+            .iter()
+            .all(|(late, gain)| late_by_s(late, gain).is_some_and(|late_s| late_s.abs() < bench.step_s));
+        let tie = if is_within_a_row {
+            self.tie().max(TIE_WITHIN_A_ROW).max(NEAR_WITHIN_A_ROW * own_nats)
+        } else if own.source.is(Id::DirectionAsymmetry) && is_constant(bench, &rival) {
+            self.tie().max(NEAR_OF_ASYMMETRY * own_nats)
+        } else {
+            self.tie()
+        };
+        let behind = if is_plain || is_within_a_row { own_nats - gain.nats } else { own_score - gain.score };
+        (rival, behind, tie)
+    }
 }
 
 /// By how much a cause makes the force, or its friction, late, s; `None` where it is none of those that do.
