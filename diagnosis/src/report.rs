@@ -71,6 +71,8 @@ pub struct Holdout {
     pub description: String,
     /// Which rows, s from the first row of the run; empty where nothing is scored.
     pub intervals_s: Vec<[f64; 2]>,
+    /// The recording that each interval is of, from 0 in the order given: of those of the hold-out where there is one.
+    pub intervals_of: Vec<usize>,
     /// The simulation as given, N.
     pub rmse_before_n: f64,
     /// Its own parameters moved within their tolerance, N.

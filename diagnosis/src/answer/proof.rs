@@ -13,8 +13,16 @@ pub(crate) struct Split {
     pub(crate) description: String,
     /// Whether other runs are scored than those that taught.
     pub(crate) crosses_runs: bool,
-    /// Intervals of held rows, s from the first row of their run.
-    pub(crate) intervals_s: Vec<[f64; 2]>,
+    /// Intervals of held rows.
+    pub(crate) intervals: Vec<Interval>,
+}
+
+/// Rows of a run one behind the other.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Interval {
+    run: usize,
+    /// From and to, s from the first row of the run.
+    span_s: [f64; 2],
 }
 
 /// Every this many runs, parts or blocks one is set aside.
@@ -26,7 +34,7 @@ const BLOCK_S: f64 = 5.0;
 impl Split {
     /// Nothing is set aside: other files are scored.
     pub(crate) fn none(rows: usize) -> Self {
-        Split { held: vec![false; rows], description: String::new(), crosses_runs: true, intervals_s: Vec::new() }
+        Split { held: vec![false; rows], description: String::new(), crosses_runs: true, intervals: Vec::new() }
     }
 
     /// By whole runs, else by parts of a test profile, else by blocks of time. Chosen by the clock and the profile
@@ -69,8 +77,8 @@ impl Split {
     }
 
     fn with(runs: &[Run], held: Vec<bool>, description: String, crosses_runs: bool) -> Self {
-        let intervals_s = intervals_s(runs, &held);
-        Split { held, description, crosses_runs, intervals_s }
+        let intervals = intervals(runs, &held);
+        Split { held, description, crosses_runs, intervals }
     }
 }
 
@@ -81,10 +89,10 @@ fn name(runs: &[Run], n: usize) -> String {
     }
 }
 
-/// Intervals of held rows, s from the first row of their run.
-pub(crate) fn intervals_s(runs: &[Run], held: &[bool]) -> Vec<[f64; 2]> {
+/// Intervals of held rows.
+pub(crate) fn intervals(runs: &[Run], held: &[bool]) -> Vec<Interval> {
     let (mut intervals, mut start) = (Vec::new(), 0);
-    for run in runs {
+    for (of, run) in runs.iter().enumerate() {
         let first = run.time_s.first().copied().unwrap_or(0.0);
         let mut open = None;
         for n in 0..run.len() {
@@ -92,14 +100,14 @@ pub(crate) fn intervals_s(runs: &[Run], held: &[bool]) -> Vec<[f64; 2]> {
             match (is_held, open) {
                 (true, None) => open = Some(n),
                 (false, Some(from)) => {
-                    intervals.push([run.time_s[from] - first, run.time_s[n - 1] - first]);
+                    intervals.push(Interval { run: of, span_s: [run.time_s[from] - first, run.time_s[n - 1] - first] });
                     open = None;
                 }
                 _ => {}
             }
         }
         if let (Some(from), Some(last)) = (open, run.time_s.last()) {
-            intervals.push([run.time_s[from] - first, last - first]);
+            intervals.push(Interval { run: of, span_s: [run.time_s[from] - first, last - first] });
         }
         start += run.len();
     }
@@ -113,8 +121,8 @@ pub(crate) struct Stages {
     pub(crate) after: Vec<f64>,
 }
 
-/// Scores the stages on these rows, `step_s` apart, which are those of `intervals_s`. Without rows nothing is scored.
-pub(crate) fn score(stages: &Stages, rows: &Rows, intervals_s: Vec<[f64; 2]>, step_s: f64, seed: u64) -> Holdout {
+/// Scores the stages on these rows, `step_s` apart, which are those of `intervals`. Without rows nothing is scored.
+pub(crate) fn score(stages: &Stages, rows: &Rows, intervals: &[Interval], step_s: f64, seed: u64) -> Holdout {
     if rows.len() == 0 {
         return Holdout::default();
     }
@@ -124,7 +132,8 @@ pub(crate) fn score(stages: &Stages, rows: &Rows, intervals_s: Vec<[f64; 2]>, st
         rmse_calibrated_n: rms(&calibrated),
         rmse_after_n: rms(&after),
         improvement_ci95: interval(&calibrated, &after, step_s, seed),
-        intervals_s,
+        intervals_s: intervals.iter().map(|interval| interval.span_s).collect(),
+        intervals_of: intervals.iter().map(|interval| interval.run).collect(),
         ..Holdout::default()
     }
 }
@@ -201,8 +210,8 @@ mod tests {
         let by_part = Split::of(&[run(10)]);
         assert!(by_part.held[200] && !by_part.held[0] && by_part.held[600], "{}", by_part.description);
         let by_block = Split::of(&[run(1)]);
-        let intervals = intervals_s(&[run(1)], &by_block.held);
-        assert!(intervals.len() >= 4 && intervals[0][0] >= 9.9, "{intervals:?}");
+        let intervals = intervals(&[run(1)], &by_block.held);
+        assert!(intervals.len() >= 4 && intervals[0].span_s[0] >= 9.9, "{intervals:?}");
     }
 
     #[test]

@@ -60,8 +60,7 @@ pub(crate) fn score(
         let held: Vec<bool> = side.compared.iter().zip(&split.held).map(|(c, held)| *c && *held).collect();
         let scored = Rows::new(side.runs, &held, coarsest);
         let stages = scene.stages(side, split.crosses_runs)?;
-        let intervals_s = split.intervals_s.clone();
-        let score = proof::score(&stages, &scored, intervals_s, side.step_s() * scored.decimation() as f64, seed);
+        let score = proof::score(&stages, &scored, &split.intervals, side.step_s() * scored.decimation() as f64, seed);
         let carried = scene.carried(side, &stages, &scored, split.crosses_runs)?;
         let holdout = Holdout { description: split.description.clone(), ..score };
         return Ok(Proof { holdout, carried, own, averaged: scored.decimation() });
@@ -71,8 +70,8 @@ pub(crate) fn score(
     let other = Side::new(simulation, nominal, &at, &moving, side.is_averaged, &mut DataQuality::default())?;
     let scored = Rows::new(holdout, &other.compared, coarsest);
     let stages = scene.stages(&other, true)?;
-    let intervals_s = proof::intervals_s(holdout, &vec![true; other.drag_n.len()]);
-    let score = proof::score(&stages, &scored, intervals_s, other.step_s() * scored.decimation() as f64, seed);
+    let intervals = proof::intervals(holdout, &vec![true; other.drag_n.len()]);
+    let score = proof::score(&stages, &scored, &intervals, other.step_s() * scored.decimation() as f64, seed);
     let carried = scene.carried(&other, &stages, &scored, true)?;
     let names: Vec<String> = holdout.iter().map(|run| run.name.clone()).collect();
     let description = format!("{} other recording(s): {}", holdout.len(), names.join(", "));

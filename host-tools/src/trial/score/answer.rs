@@ -76,9 +76,12 @@ pub struct Place {
 /// Errors on the part that was set aside.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 pub struct Holdout {
-    /// Parts of the recording that were set aside, s; empty where a file of its own was given.
+    /// Parts of the recordings that were set aside, s from the first row of each.
     #[serde(default)]
     pub intervals_s: Vec<[f64; 2]>,
+    /// The recording that each is of, from 0; the first of those of which nothing is said.
+    #[serde(default)]
+    pub intervals_of: Vec<usize>,
     /// After the tolerated constants were moved, N.
     #[serde(default)]
     pub rmse_calibrated_n: Option<f64>,

@@ -1,7 +1,8 @@
 //! How much of the hold-out error was removed, of what an oracle removes that knows the true force.
 //!
 //! `gain = (calibrated² - after²) / (calibrated² - oracle²)`. The first two errors are those the diagnosis states; the
-//! oracle's is the RMS of recorded less true noise-free force over the same part, from the generator's own array.
+//! oracle's is the RMS of recorded less true noise-free force over the same part, from the generator's own array, where the
+//! carriage moves: at rest no law has a force, and a diagnosis no error.
 
 use std::path::Path;
 
@@ -20,6 +21,10 @@ pub fn gain(stated: &Holdout, oracle_n: f64) -> Option<f64> {
     (before > 1.02 * floor).then(|| (before - after) / (before - floor))
 }
 
+/// Speed below which the generator's carriage is at rest, m/s, and the time to either side over which it is told, s.
+const AT_REST_M_S: f64 = 3e-5;
+const BESIDE_S: f64 = 0.02;
+
 /// The oracle's error over the hold-out that the diagnosis states, N; `None` where there is no such oracle.
 ///
 /// # Errors
@@ -36,32 +41,49 @@ pub fn oracle(folder: &Path, id: &str, truth: &Truth, stated: &Holdout) -> Resul
         (truth.files().iter().map(|name| record.join(name)).collect(), "truth-force.npy")
     };
     let array = folder.join("answers").join(format!("{id}.{array}"));
-    if !array.is_file() {
+    if !array.is_file() || (stated.intervals_of.is_empty() && files.len() > 1) {
         return Ok(None);
     }
-    let force_n = floats(&array)?;
-    let (mut time_s, mut recorded_n) = (Vec::new(), Vec::new());
-    for file in &files {
-        let Ok((table, _)) = table::open(file, &["time_s", "drag_force_n"], &[], &[], &[], &silent) else {
-            return Ok(None);
-        };
-        let (Some(t), Some(f)) = (table.column("time_s"), table.column("drag_force_n")) else { return Ok(None) };
-        time_s.extend_from_slice(t);
-        recorded_n.extend_from_slice(f);
+    let mut force_n = floats(&array)?.into_iter();
+    let mut errors = Vec::new();
+    for (at, file) in files.iter().enumerate() {
+        let wanted = ["time_s", "drag_force_n", "position_m"];
+        let Ok((table, _)) = table::open(file, &wanted, &[], &[], &[], &silent) else { return Ok(None) };
+        let [Some(t), Some(f), Some(x)] = wanted.map(|name| table.column(name)) else { return Ok(None) };
+        let first = t.first().copied().unwrap_or(0.0);
+        let moves = moves(t, x);
+        for (n, (t, recorded)) in t.iter().zip(f).enumerate() {
+            let Some(is) = force_n.next() else { return Ok(None) };
+            if moves[n] && (own.is_file() || is_held(stated, at, t - first)) {
+                errors.push(recorded - is);
+            }
+        }
     }
-    if recorded_n.len() != force_n.len() {
-        return Ok(None);
-    }
-    let first = time_s.first().copied().unwrap_or(0.0);
-    let is_held = |t: f64| own.is_file() || stated.intervals_s.iter().any(|[from, to]| t >= *from && t <= *to);
-    let errors: Vec<f64> = time_s
-        .iter()
-        .zip(recorded_n.iter().zip(&force_n))
-        .filter(|(t, _)| is_held(**t - first))
-        .map(|(_, (recorded, is))| recorded - is)
-        .collect();
     let sum: f64 = errors.iter().map(|e| e * e).sum();
-    Ok((!errors.is_empty()).then(|| (sum / errors.len() as f64).sqrt()))
+    Ok((!errors.is_empty() && force_n.next().is_none()).then(|| (sum / errors.len() as f64).sqrt()))
+}
+
+/// Whether a time of a recording, s from its first row, is in an interval that is stated of it.
+fn is_held(stated: &Holdout, recording: usize, t: f64) -> bool {
+    let of = stated.intervals_of.iter().copied().chain(std::iter::repeat(0));
+    stated.intervals_s.iter().zip(of).any(|([from, to], of)| of == recording && t >= *from && t <= *to)
+}
+
+/// Where the carriage moves.
+fn moves(time_s: &[f64], position_m: &[f64]) -> Vec<bool> {
+    let (mut from, mut to) = (0, 0);
+    let mut moves = Vec::with_capacity(time_s.len());
+    for t in time_s {
+        while t - time_s[from] > BESIDE_S {
+            from += 1;
+        }
+        while to + 1 < time_s.len() && time_s[to + 1] - t <= BESIDE_S {
+            to += 1;
+        }
+        let way_m = (position_m[to.max(from)] - position_m[from]).abs();
+        moves.push(way_m > AT_REST_M_S * (time_s[to.max(from)] - time_s[from]));
+    }
+    moves
 }
 
 /// Reads an array of 32-bit floats in NumPy's format, row by row.
@@ -101,27 +123,41 @@ mod tests {
     }
 
     #[test]
-    fn the_oracle_is_held_against_the_stated_part_only() {
+    fn the_oracle_is_held_against_what_moves_in_the_stated_part_only() {
         let folder = std::env::temp_dir().join(format!("guideblock-oracle-{}", std::process::id()));
         std::fs::create_dir_all(folder.join("records/r1")).unwrap();
         std::fs::create_dir_all(folder.join("answers")).unwrap();
-        let rows: String = (0..10).map(|n| format!("{n}.0,{}\n", if n < 5 { 2.0 } else { 5.0 })).collect();
-        std::fs::write(folder.join("records/r1/recording.csv"), format!("time_s,drag_force_n\n{rows}")).unwrap();
-        let header = "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 5), }";
+        // two recordings of ten rows; at rest in the last three of each, where the force is far off
+        let rows = |error: f64| -> String {
+            let row = |n: i32| {
+                format!("{:.2},{},{}\n", 0.01 * f64::from(n), 1.0 + if n < 7 { error } else { 99.0 }, n.min(6))
+            };
+            (0..12).map(row).collect()
+        };
+        for (name, error) in [("recording.csv", 1.0), ("recording-2.csv", 4.0)] {
+            let text = format!("time_s,drag_force_n,position_m\n{}", rows(error));
+            std::fs::write(folder.join("records/r1").join(name), text).unwrap();
+        }
+        let header = "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 12), }";
         let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
         bytes.extend(u16::try_from(header.len()).unwrap().to_le_bytes());
         bytes.extend(header.bytes());
-        (0..10).for_each(|_| bytes.extend(1.0_f32.to_le_bytes()));
+        (0..24).for_each(|_| bytes.extend(1.0_f32.to_le_bytes()));
         std::fs::write(folder.join("answers/r1.truth-force.npy"), &bytes).unwrap();
-        let truth = Truth { files: vec!["recording.csv".into()], ..Truth::default() };
-        let of = |intervals_s: Vec<[f64; 2]>| {
-            oracle(&folder, "r1", &truth, &Holdout { intervals_s, ..Holdout::default() }).unwrap()
+        let truth = Truth { files: vec!["recording.csv".into(), "recording-2.csv".into()], ..Truth::default() };
+        let of = |intervals_s: Vec<[f64; 2]>, intervals_of: Vec<usize>| {
+            oracle(&folder, "r1", &truth, &Holdout { intervals_s, intervals_of, ..Holdout::default() }).unwrap()
         };
-        assert_eq!(of(vec![[0.0, 4.5]]), Some(1.0));
-        assert_eq!(of(vec![[4.5, 9.0]]), Some(4.0));
-        assert_eq!(of(vec![]), None);
+        let near = |error: Option<f64>, wanted: f64| error.is_some_and(|error| (error - wanted).abs() < 1e-12);
+        assert!(near(of(vec![[0.0, 0.045]], vec![0]), 1.0) && near(of(vec![[0.0, 0.045]], vec![1]), 4.0));
+        // as many rows of either: sqrt((1 + 16)/2)
+        assert!(near(of(vec![[0.0, 0.045], [0.0, 0.045]], vec![0, 1]), 8.5f64.sqrt()));
+        assert_eq!(of(vec![[0.0, 0.045]], vec![]), None, "of which of two recordings?");
+        assert_eq!(of(vec![], vec![]), None);
+        assert_eq!(of(vec![[0.095, 0.12]], vec![0]), None, "at rest");
         std::fs::write(folder.join("answers/r1.truth-force.npy"), b"other").unwrap();
-        assert!(oracle(&folder, "r1", &truth, &Holdout::default()).is_err());
+        let stated = Holdout { intervals_s: vec![[0.0, 0.045]], intervals_of: vec![0], ..Holdout::default() };
+        assert!(oracle(&folder, "r1", &truth, &stated).is_err());
         std::fs::remove_dir_all(&folder).unwrap();
     }
 }
