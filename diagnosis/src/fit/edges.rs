@@ -52,6 +52,9 @@ const RAMP: usize = 10;
 /// Standard error of the mean lateness of starts, or of stops, from which nothing is said, s.
 const SURE_S: f64 = 1e-3;
 
+/// Rows by which starts may be later than stops without play: a law has no force at once either.
+const PLAY_ROWS: f64 = 0.5;
+
 /// Standard errors that a cause may be off by, and from which a force is taken to fade.
 const ERRORS: f64 = 3.0;
 const FADES: f64 = 4.0;
@@ -180,14 +183,15 @@ impl Edges {
         }
         let ramp = |edges: &[Edge]| level(&edges.iter().map(|edge| edge.ramp_s).collect::<Vec<_>>()).map(|(s, _)| s);
         // play lets a start alone be late
-        if start.0 - stop.0 > ERRORS * start.1.hypot(stop.1) {
+        let play_s = start.0 - stop.0;
+        if play_s > (ERRORS * start.1.hypot(stop.1)).max(PLAY_ROWS * step_s) {
             return None;
         }
         let unlike_s = 0.5 * (ramp(starts)? - ramp(stops)?).abs();
         let (tail, near) = (of(stops, |edge| edge.tail_s), of(stops, |edge| edge.near_s));
         Some(Edges {
             late_s: 0.5 * (start.0 + stop.0),
-            late_error_s: (0.5 * start.1.hypot(stop.1)).hypot(FILTERS_S) + unlike_s / ERRORS,
+            late_error_s: (0.5 * start.1.hypot(stop.1)).hypot(FILTERS_S) + (unlike_s + 0.5 * play_s.max(0.0)) / ERRORS,
             tail_s: tail.0,
             tail_error_s: tail.1,
             near_s: near.0,
