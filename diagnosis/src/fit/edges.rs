@@ -55,8 +55,10 @@ const SURE_S: f64 = 1e-3;
 /// Rows by which starts may be later than stops without play: a law has no force at once either.
 const PLAY_ROWS: f64 = 0.5;
 
-/// Standard errors that a cause may be off by, and from which a force is taken to fade.
+/// Standard errors that a cause may be off by.
 const ERRORS: f64 = 3.0;
+
+/// Standard errors from which a force is taken to fade.
 const FADES: f64 = 4.0;
 
 /// Tail from which a force is no merely late one, s, rows, and of what it is late by: a filter's is 0.7 of it.
@@ -64,9 +66,9 @@ const TAIL_S: f64 = 2e-4;
 const TAIL_ROWS: f64 = 0.05;
 const TAIL_SHARE: f64 = 0.2;
 
-/// Rows in which a filter that is fast fades, and those behind them that it is held against.
+/// Rows in which a filter that is fast fades, and those behind them that they are held against.
 const NEAR: usize = 2;
-const BEHIND: usize = 8;
+const BEHIND: usize = 6;
 
 /// Scatters from the median, and least time, s, beyond which a start or stop is another matter.
 const OUTLYING: f64 = 3.0;
@@ -412,11 +414,11 @@ fn start(x: &[f64], f: &[f64], rest: std::ops::Range<usize>, step_s: f64) -> Opt
     let (place, off) = level(&x[inner.clone()])?;
     let height = (MOVED * off).max(LEAST_M);
     let middle = (inner.start + inner.end) / 2;
-    let near = (rest.end + RAMP * window).min(x.len());
+    let ramp_ends = (rest.end + RAMP * window).min(x.len());
     let way = |n: usize| (x[n] - place).abs();
     // between rows, by a straight line
     let leaves = |height: f64| {
-        let n = (middle..near).find(|n| !(way(*n) <= height))?;
+        let n = (middle..ramp_ends).find(|n| !(way(*n) <= height))?;
         let before = n.checked_sub(1).map_or(0.0, way);
         let part = (height - before) / (way(n) - before);
         Some((n, n as f64 - 1.0 + if (0.0..=1.0).contains(&part) { part } else { 1.0 }))
@@ -438,7 +440,7 @@ fn start(x: &[f64], f: &[f64], rest: std::ops::Range<usize>, step_s: f64) -> Opt
     let half = passed as f64 - 1.0 + (0.5 - moved(passed - 1)) / (moved(passed) - moved(passed - 1));
     let tail: f64 = (from..passed).map(moved).sum();
     let near = passed.saturating_sub(NEAR).max(from);
-    let behind: Vec<f64> = (near.saturating_sub(BEHIND - NEAR).max(from)..near).map(moved).collect();
+    let behind: Vec<f64> = (near.saturating_sub(BEHIND).max(from)..near).map(moved).collect();
     let above: f64 = (near..passed).map(moved).sum::<f64>() - (passed - near) as f64 * mean(&behind);
     Some(Some(Edge {
         run: 0,
