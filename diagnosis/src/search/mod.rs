@@ -8,6 +8,7 @@
 //! ```text
 //! passes       the search, and again around where it has led; case: what it is about
 //! (here)       one search; leavings: what the forms of its causes may leave
+//! chain        what of a cable chain's force is another's
 //! opening      do both locks open? holds: may a cause be named beside the others?
 //! adequacy     is what explains much what acts? load_law: does it feel the load as it must?
 //! open_set     what has no name here; clock: what repeats in time
@@ -18,6 +19,7 @@
 
 pub(crate) mod adequacy;
 pub(crate) mod case;
+mod chain;
 pub(crate) mod clock;
 pub(crate) mod considered;
 pub(crate) mod equivalents;
@@ -31,7 +33,7 @@ pub(crate) mod opening;
 pub(crate) mod passes;
 pub(crate) mod refit;
 
-use simulation::mechanism::{Id, definition};
+use simulation::mechanism::Id;
 
 use crate::fit::bench::{Bench, Beside, Candidate, Gain, Member, without};
 use crate::fit::least_squares::Fit;
@@ -87,17 +89,18 @@ pub(crate) fn search(
     for _ in 0..2 {
         take_up(bench, pool, tolerances, &mut members, floor);
         polish(bench, &mut members);
-        if !simplify(bench, pool, tolerances, &mut members) {
+        let is_simpler = simplify(bench, pool, tolerances, &mut members);
+        if !(chain::set_apart(bench, &mut members) || is_simpler) {
             break;
         }
     }
-    straighten(bench, &mut members);
     prune(bench, pool, &mut members, floor);
     let mut formerly = Vec::with_capacity(former.len());
     for candidate in bench.candidates(former.iter().cloned()) {
         formerly.push(bench.take(candidate));
     }
     polish(bench, &mut formerly);
+    let _ = chain::set_apart(bench, &mut formerly);
     let least = worth(bench, &members) + BETTER;
     if worth(bench, &formerly) > least {
         prune(bench, pool, &mut formerly, floor);
@@ -289,7 +292,9 @@ fn best_upgrade(bench: &Bench<'_>, pool: &mut Pool, members: &[Member], rival: f
     let mut best: Option<(f64, usize, Candidate)> = None;
     for (at, member) in members.iter().enumerate() {
         let Source::Mechanism { definition, form, .. } = &member.candidate.source else { continue };
-        if definition.forms.len() < 2 && definition.forms[*form].shape.is_empty() {
+        if definition.forms.len() < 2 && definition.forms[*form].shape.is_empty()
+            || chain::is_balanced(&member.candidate.source)
+        {
             continue;
         }
         let Beside { fit, own, gain, .. } = bench.beside(members, at);
@@ -327,6 +332,9 @@ fn simplify(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>,
     let law = bench.fit(&bench.law());
     let all = 0.5 * (law.rss - bench.fit_members(members).rss);
     for at in 0..members.len() {
+        if chain::is_balanced(&members[at].candidate.source) {
+            continue;
+        }
         let Beside { others, fit, own, gain } = bench.beside(members, at);
         let own_nats = gain.nats;
         // a table of 48 entries follows whatever there is: what it follows better than a cause with a shape is no evidence
@@ -355,26 +363,6 @@ fn simplify(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>,
         }
     }
     has_replaced
-}
-
-/// Replaces a cable chain that hardly changes along the rail by what is left of it then: a friction and a constant force.
-fn straighten(bench: &mut Bench<'_>, members: &mut Vec<Member>) {
-    let of = |id: Id| Source::Mechanism { definition: definition(id), form: 0, shape: Vec::new() };
-    let Some(at) = members.iter().position(|member| member.candidate.source.is(Id::CableChain)) else { return };
-    let Beside { others, fit, gain, .. } = bench.beside(members, at);
-    let parts = [of(Id::SealDrag), of(Id::ForceOffset)];
-    if parts.iter().any(|part| others.iter().any(|other| other.candidate.source.is_kin(part))) {
-        return;
-    }
-    let mut without = others;
-    for candidate in bench.candidates(parts) {
-        without.push(bench.take(candidate));
-    }
-    let nats = 0.5 * (fit.rss - bench.fit_members(&without).rss);
-    if nats > (1.0 - FURTHER) * gain.nats {
-        *members = without;
-        drop_idle(bench, members);
-    }
 }
 
 /// Drops members that the others have made superfluous.

@@ -110,6 +110,30 @@ pub(super) const CABLE_CHAIN: Definition = Definition {
                        a link that bends the other way takes some travel",
         },
         Form {
+            name: "balanced",
+            shape: &[ratio("length_m", "m", 5e-3, 0.06, 5), STROKE[0], STROKE[1]],
+            amplitudes: &[
+                amplitude("drag_n", "N", Positive, 5.0),
+                amplitude("bending_n", "N", Positive, 1.0),
+                amplitude("force_per_m_n_m", "N/m", Free, 10.0),
+                amplitude("force_per_m2_n_m2", "N/m2", Free, 10.0),
+            ],
+            columns: |context, shape| {
+                let [length, from, to] = *shape else { return None };
+                if !context.motion.has_position {
+                    return None;
+                }
+                let (middle, mean_square) = (0.5 * (from + to), (to - from) * (to - from) / 12.0);
+                let u = context.rows(|n| context.motion.position_m[n] - middle);
+                let curved = u.iter().map(|u| u * u - mean_square).collect();
+                let bent = held_state(context, &|z, step| 1.0 - (1.0 - z) * libm::exp(-step / length));
+                shown(vec![context.against_motion(|_| 1.0), bent, u, curved])
+            },
+            phase_bound: true,
+            equation: "F = drag·sign(V) + bending·z + force_per_m·u + force_per_m2·(u² - (to - from)²/12), \
+                       u = x - (from + to)/2, z as above: what it pulls is nothing on the average of the stroke",
+        },
+        Form {
             name: "profile",
             shape: &STROKE,
             amplitudes: &entries::<COARSE>("N", 5.0),
