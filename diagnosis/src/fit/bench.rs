@@ -6,6 +6,7 @@
 
 use simulation::mechanism::{Context, Search};
 
+use crate::fit::bend;
 use crate::fit::edges::Edges;
 use crate::fit::least_squares::{Fit, Left, bounded};
 use crate::fit::source::{Source, raw_columns, weighted};
@@ -124,6 +125,8 @@ pub(crate) struct Bench<'a> {
     /// Stroke and travel of the longest run, m.
     stroke_m: f64,
     travel_m: f64,
+    /// Both ends of what all runs pass over, m.
+    rail_m: (f64, f64),
 }
 
 impl<'a> Bench<'a> {
@@ -152,7 +155,8 @@ impl<'a> Bench<'a> {
             edges: None,
             step_s: contexts.iter().map(|c| c.run.step_s()).find(|step| *step > 0.0).unwrap_or(1.0),
             has_several_loads: has_several_loads(contexts),
-            stroke_m: contexts.iter().map(|c| stroke_m(&c.motion.position_m)).fold(0.0, f64::max),
+            stroke_m: contexts.iter().map(|c| length_m(ends_m([c]))).fold(0.0, f64::max),
+            rail_m: ends_m(contexts),
             travel_m: contexts.iter().filter_map(|c| c.travel_m.last().copied()).fold(0.0, f64::max),
         };
         let raw: Vec<&[f64]> = std::iter::once(mismatch).chain(tangent.iter().map(Vec::as_slice)).collect();
@@ -507,7 +511,7 @@ impl<'a> Bench<'a> {
         let own: f64 = (0..count)
             .map(|i| amplitudes[i] * (0..count).map(|j| candidate.own.get(i, j) * amplitudes[j]).sum::<f64>())
             .sum();
-        if own > self.largest {
+        if own > self.largest || bend::is_level(&candidate.source, &amplitudes, self.rail_m) {
             return Gain { nats: 0.0, score: f64::NEG_INFINITY, amplitudes: vec![0.0; count] };
         }
         let used = amplitudes.iter().filter(|x| **x != 0.0).count().max(1);
@@ -594,10 +598,14 @@ pub(crate) fn without(members: &[Member], at: usize) -> Vec<Member> {
     members.iter().enumerate().filter(|(k, _)| *k != at).map(|(_, member)| member.clone()).collect()
 }
 
-/// Distance between the ends of some positions, m; 0 without any.
-fn stroke_m(position_m: &[f64]) -> f64 {
-    let finite = || position_m.iter().copied().filter(|x| x.is_finite());
-    (finite().fold(f64::NEG_INFINITY, f64::max) - finite().fold(f64::INFINITY, f64::min)).max(0.0)
+/// Both ends of what some runs pass over, m; the first one lies beyond the second where there is none.
+fn ends_m<'c>(contexts: impl IntoIterator<Item = &'c Context<'c>>) -> (f64, f64) {
+    let positions = contexts.into_iter().flat_map(|context| &context.motion.position_m).filter(|x| x.is_finite());
+    positions.fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), x| (from.min(*x), to.max(*x)))
+}
+
+fn length_m((from, to): (f64, f64)) -> f64 {
+    (to - from).max(0.0)
 }
 
 fn has_several_loads(contexts: &[Context<'_>]) -> bool {

@@ -3,12 +3,14 @@
 //! ```text
 //! source         where a column comes from; story: curves without a name
 //! edges          how late the force follows starts and stops
+//! bend           whether what is to be a bent rail is bent
 //! bench          the mismatch and all that may explain it, whitened; every fit is algebra on inner products
 //! least_squares  such a fit, and the size of one more cause beside it; rest: what is left
 //! pool           all that may act; refine: its shapes; spectrum: wavelengths
 //! ```
 
 pub(crate) mod bench;
+mod bend;
 pub(crate) mod edges;
 pub(crate) mod least_squares;
 pub(crate) mod pool;
