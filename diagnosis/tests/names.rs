@@ -178,17 +178,22 @@ fn a_program_known_by_its_column_alone_is_told_how_oil_in_the_inlet_feels_the_lo
     assert_eq!(sets(&found), [["hydrodynamic-rolling"]]);
 }
 
-/// A chain of 8 N/m, and the causes. The chain pulls by a share of `wrong` more at the highest speed, and less at the lowest.
-fn chained(wrong: f64, causes: &[Added]) -> Diagnosis {
-    let course = strokes(&[0.003, 0.006, 0.012, 0.025, 0.05, 0.1], 0.3, 0.2, 3000.0);
+/// Stroke over which a chain pulls by 8 N more for every metre, m.
+const CHAINED_M: f64 = 0.3;
+const PER_M_N: f64 = 8.0;
+
+/// A chain, and the causes. It pulls `mean_n` on the average of the stroke, and by a share of `wrong` more at the highest speed
+/// than the file says, and less at the lowest.
+fn chained(mean_n: f64, wrong: f64, causes: &[Added]) -> Diagnosis {
+    let course = strokes(&[0.003, 0.006, 0.012, 0.025, 0.05, 0.1], CHAINED_M, 0.2, 3000.0);
     let motion = course.motion.clone();
-    let per_m_n = 8.0;
+    let at_start_n = mean_n - 0.5 * PER_M_N * CHAINED_M;
     let mut all = causes.to_vec();
-    all.push(added(Id::CableChain, 0, &[], &[0.3, per_m_n, 1.0]));
+    all.push(added(Id::CableChain, 0, &[], &[0.3, PER_M_N, at_start_n]));
     let mut run = recorded(course, &all, nothing, 8);
     for (n, force) in run.drag_force_n.iter_mut().enumerate() {
         let faster = ((motion.velocity_m_s[n].abs().max(3e-3) / 3e-3).ln() / 3.5).min(1.0);
-        *force += wrong * (2.0 * faster - 1.0) * (per_m_n * motion.position_m[n] + 1.0);
+        *force += wrong * (2.0 * faster - 1.0) * (PER_M_N * motion.position_m[n] + at_start_n);
     }
     diagnosis(&[run])
 }
@@ -196,8 +201,25 @@ fn chained(wrong: f64, causes: &[Added]) -> Diagnosis {
 #[test]
 fn a_small_cause_is_named_beside_one_of_hundreds_of_times_its_evidence_and_what_a_form_leaves_is_not() {
     let asymmetry = added(Id::DirectionAsymmetry, 0, &[], &[0.003]);
-    assert_eq!(sets(&chained(0.0, &[asymmetry])), [["cable-chain"], ["direction-asymmetry"]]);
-    assert_eq!(sets(&chained(0.1, &[])), [["cable-chain"]]);
+    assert_eq!(sets(&chained(0.0, 0.0, &[asymmetry])), [["cable-chain"], ["direction-asymmetry"]]);
+    assert_eq!(sets(&chained(0.0, 0.1, &[])), [["cable-chain"]]);
+}
+
+#[test]
+fn a_chain_hangs_evenly_or_from_one_end_and_what_it_pulls_more_is_an_offset() {
+    let half_n = 0.5 * PER_M_N * CHAINED_M;
+    for mean_n in [0.1 * half_n, half_n, -half_n] {
+        assert_eq!(sets(&chained(mean_n, 0.0, &[])), [["cable-chain"]], "{mean_n} N");
+    }
+    for mean_n in [0.5 * half_n, -1.8 * half_n] {
+        let found = chained(mean_n, 0.0, &[]);
+        let mut named = sets(&found);
+        named.sort_unstable();
+        assert_eq!(named, [vec!["cable-chain"], vec!["force-offset", "gravity-tilt"]], "{mean_n} N");
+        let of = |id: &str| found.mechanisms.iter().find(|finding| finding.id == id).expect("it is named");
+        let offset = of("force-offset").parameters.first().expect("its size");
+        assert!((offset.value / mean_n - 1.0).abs() < 0.1, "{offset:?}");
+    }
 }
 
 /// Some rows of a run as a run of its own, whose clock is `later_s` ahead.
