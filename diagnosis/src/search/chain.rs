@@ -13,21 +13,19 @@
 use simulation::mechanism::{Id, definition};
 
 use crate::fit::bench::{Bench, Beside, Member};
+use crate::fit::pool::grid;
 use crate::fit::refine::refine;
 use crate::fit::source::Source;
 use crate::fit::spectrum::span;
 use crate::search::holds::FURTHER;
 use crate::search::{drop_idle, without};
 
-/// Mean pull of a chain, of half of what it changes by, from which it is not its own: the stroke that was passed over need
+/// How far the mean pull of a chain, of half of what it changes by, may be from 0 and from 1: the stroke that was passed over need
 /// not be all of the chain's.
 const UNEVEN: f64 = 0.25;
 
-/// How far that share may be from 1 where a chain pulls at one end only.
-const AT_ONE_END: f64 = 0.1;
-
-/// The form that pulls nothing on the average of the stroke.
-const BALANCED: &str = "balanced";
+/// The forms that pull nothing on the average of the stroke.
+const BALANCED: [&str; 2] = ["balanced", "balanced-rolling"];
 
 /// Gives the constant parts of a cable chain's force to those whose they are. Answers whether there is more to search for.
 pub(super) fn set_apart(bench: &mut Bench<'_>, members: &mut Vec<Member>) -> bool {
@@ -43,7 +41,7 @@ pub(super) fn set_apart(bench: &mut Bench<'_>, members: &mut Vec<Member>) -> boo
 /// Whether it is a chain whose mean pull has been taken out: any other of its forms would take that back.
 pub(super) fn is_balanced(source: &Source) -> bool {
     matches!(source, Source::Mechanism { definition, form, .. }
-        if definition.id == Id::CableChain && definition.forms[*form].name == BALANCED)
+        if definition.id == Id::CableChain && BALANCED.contains(&definition.forms[*form].name))
 }
 
 /// Replaces a chain that hardly changes along the rail by what is left of it then.
@@ -71,18 +69,19 @@ fn balance(bench: &mut Bench<'_>, members: &mut Vec<Member>, at: usize) -> bool 
     let of = |name: &str| own.clone().find(|(own, _)| *own == name).map_or(0.0, |(_, x)| x);
     let pull = [of("force_n"), of("force_per_m_n_m"), of("force_per_m2_n_m2")];
     let (from, to) = span(bench);
-    let Some(balanced) = definition.forms.iter().position(|form| form.name == BALANCED) else { return false };
     if bench.is_relative || !(to > from) || pull[0] == 0.0 || !is_anothers(pull, from, to) {
         return false;
     }
-    let source = |length_m: f64| Source::Mechanism { definition, form: balanced, shape: vec![length_m, from, to] };
-    let lengths = &definition.forms[balanced].shape[0];
+    let balanced = (0..definition.forms.len()).filter(|form| BALANCED.contains(&definition.forms[*form].name));
+    let shapes =
+        |form: usize| grid(&definition.forms[form], usize::MAX, (from, to)).into_iter().map(move |shape| (form, shape));
+    let source = |(form, shape)| Source::Mechanism { definition, form, shape };
     let mut without_chain = without(members, at);
     let Some(offset) = bench.candidate(minimal(Id::ForceOffset)) else { return false };
     without_chain.push(bench.take(offset));
     let beside = bench.fit_members(&without_chain);
     let best = bench
-        .candidates((0..lengths.grid).map(|k| source(lengths.at(k as f64 / (lengths.grid - 1) as f64))))
+        .candidates(balanced.flat_map(shapes).map(source))
         .into_iter()
         .map(|mut candidate| {
             bench.prepare(&mut candidate, &beside.active);
@@ -109,7 +108,7 @@ fn is_anothers(pull: [f64; 3], from: f64, to: f64) -> bool {
     // of a parabola, exactly
     let mean = (at(from) + 4.0 * at(0.5 * (from + to)) + at(to)) / 6.0;
     let share = mean.abs() / (0.5 * (most - least));
-    share > UNEVEN && (share - 1.0).abs() > AT_ONE_END
+    share > UNEVEN && (share - 1.0).abs() > UNEVEN
 }
 
 #[cfg(test)]
