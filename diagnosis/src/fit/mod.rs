@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! source         where a column comes from; story: curves without a name
-//! edges          how late the force follows starts and stops
+//! ends           starts and stops as the rows show them; edges: how late the force follows them; skew: clocks that drift apart
 //! bend           whether what is to be a bent rail is bent
 //! bench          the mismatch and all that may explain it, whitened; every fit is algebra on inner products
 //! least_squares  such a fit, and the size of one more cause beside it; rest: what is left
@@ -12,10 +12,14 @@
 pub(crate) mod bench;
 mod bend;
 pub(crate) mod edges;
+pub(crate) mod ends;
 pub(crate) mod least_squares;
 pub(crate) mod pool;
 pub(crate) mod refine;
 pub(crate) mod rest;
+pub(crate) mod skew;
 pub(crate) mod source;
 pub(crate) mod spectrum;
 pub(crate) mod story;
+#[cfg(test)]
+mod strokes;

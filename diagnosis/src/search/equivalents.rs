@@ -65,7 +65,7 @@ pub(crate) fn of(
     let minimal = minimal.map(|(candidate, _)| candidate.clone());
     let race = Race { bench, own, own_gain, own_nats, own_score };
     let mut candidates = vec![own.clone()];
-    let mut tied: Vec<(Candidate, f64, f64)> = Vec::new();
+    let mut tied: Vec<Rival> = Vec::new();
     let mut against = 0.0;
     if !own.source.is_story() {
         let far = (6.0 * race.tie()).max(0.2 * own_gain.nats);
@@ -84,34 +84,50 @@ pub(crate) fn of(
             .map(|(index, _)| index)
             .collect();
         for index in rivals {
-            let (mut rival, mut behind, mut tie) = race.behind(refine(bench, &pool.causes[index], fit));
-            if behind >= tie {
+            let mut rival = race.rival(refine(bench, &pool.causes[index], fit));
+            if rival.beyond() >= 0.0 {
                 // a form that is best where the grid has a point need not be best where it has none
                 for other in pool.other_forms(bench, &pool.causes[index].source, fit) {
-                    let (other, others_behind, others_tie) = race.behind(refine(bench, &pool.causes[other], fit));
-                    if others_behind - others_tie < behind - tie {
-                        (rival, behind, tie) = (other, others_behind, others_tie);
+                    let other = race.rival(refine(bench, &pool.causes[other], fit));
+                    if other.beyond() < rival.beyond() {
+                        rival = other;
                     }
                 }
             }
-            if behind < tie {
-                tied.push((rival, behind, tie));
+            if rival.beyond() < 0.0 {
+                tied.push(rival);
             } else {
                 // two writings of one cause differ by a share of the evidence: it counts for no more than that
-                against += (-behind.min(behind * TIE / tie)).exp();
+                against += (-rival.behind.min(rival.behind * TIE / rival.tie)).exp();
             }
         }
     }
     // a law with a number off has its tolerance against it: what does better than that may be far behind others
     let is_shift = matches!(own.source, Source::Shift { .. });
-    let first = tied.iter().map(|(_, behind, _)| *behind).fold(0.0, f64::min);
-    tied.retain(|(_, behind, tie)| !is_shift || behind.abs() < *tie || behind - first < *tie);
-    candidates.extend(tied.into_iter().map(|(rival, ..)| rival));
+    let first = tied.iter().map(|rival| rival.behind).fold(0.0, f64::min);
+    tied.retain(|rival| !is_shift || rival.behind.abs() < rival.tie || rival.behind - first < rival.tie);
+    candidates.extend(tied.into_iter().map(|rival| rival.candidate));
     candidates.sort_by_key(|candidate| candidate.source.simplicity());
     let constants: Vec<Candidate> =
         candidates.iter().chain(&minimal).filter(|c| is_constant(bench, c)).cloned().collect();
     candidates.retain(|candidate| !constants.iter().any(|constant| is_with_more(candidate, constant)));
     Set { candidates, confidence: (1.0 / (1.0 + against)).clamp(0.5, 0.99) }
+}
+
+/// A cause in the place of a member.
+struct Rival {
+    candidate: Candidate,
+    /// Nats by which it is behind the member; negative where it does better.
+    behind: f64,
+    /// Nats by which it may be.
+    tie: f64,
+}
+
+impl Rival {
+    /// Nats by which it is farther behind than it may be; below 0 the recording does not tell it from the member.
+    fn beyond(&self) -> f64 {
+        self.behind - self.tie
+    }
 }
 
 /// A member against one rival after the other.
@@ -130,24 +146,24 @@ impl Race<'_, '_> {
         TIE.max(NEAR * self.own_gain.nats)
     }
 
-    /// A rival, by how many nats it is behind, and by how many it may be.
-    fn behind(&self, (rival, gain): (Candidate, Gain)) -> (Candidate, f64, f64) {
+    /// A cause, with what it adds in the member's place, as a rival.
+    fn rival(&self, (candidate, gain): (Candidate, Gain)) -> Rival {
         let Race { bench, own, own_gain, own_nats, own_score } = *self;
         // that a name has more numbers speaks against it only where they bend, or are many
-        let is_plain =
-            rival.source.shapes() == 0 && (rival.source.is_minimal() || rival.freedom() <= own.freedom() + 1);
-        let is_within_a_row = [(own, own_gain), (&rival, &gain)]
+        let is_plain = candidate.source.shapes() == 0
+            && (candidate.source.is_minimal() || candidate.freedom() <= own.freedom() + 1);
+        let is_within_a_row = [(own, own_gain), (&candidate, &gain)]
             .iter()
             .all(|(late, gain)| late_by_s(late, gain).is_some_and(|late_s| late_s.abs() < bench.step_s));
         let tie = if is_within_a_row {
             self.tie().max(TIE_WITHIN_A_ROW).max(NEAR_WITHIN_A_ROW * own_nats)
-        } else if own.source.is(Id::DirectionAsymmetry) && is_constant(bench, &rival) {
+        } else if own.source.is(Id::DirectionAsymmetry) && is_constant(bench, &candidate) {
             self.tie().max(NEAR_OF_ASYMMETRY * own_nats)
         } else {
             self.tie()
         };
         let behind = if is_plain || is_within_a_row { own_nats - gain.nats } else { own_score - gain.score };
-        (rival, behind, tie)
+        Rival { candidate, behind, tie }
     }
 }
 

@@ -21,7 +21,7 @@ use crate::search::adequacy::doubts;
 use crate::search::case::{Case, Given};
 use crate::search::equivalents::{Set, TIE, is_alike};
 use crate::search::found::{Causes, Found};
-use crate::search::passes::{Kept, irrelevant_n, prepared};
+use crate::search::passes::{Kept, Matters, prepared};
 
 /// What is found where the law alone, from `start` on, comes nearer to the force than at `tolerated`, where its tolerance
 /// ends; `None` where it does not, or where its numbers would have to be others here than there.
@@ -131,7 +131,7 @@ fn beside<'s>(
         has_landed: true,
         p_no_mismatch,
         noise_n,
-        irrelevant_n: irrelevant_n(case, rows, &mismatch)?,
+        irrelevant_n: Matters::of(case, rows, &mismatch)?.irrelevant_n(),
         left,
         coarse_step_n: case.coarse_step_n(noise_n),
         sets: set.map(|set| vec![set]),

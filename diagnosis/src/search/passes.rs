@@ -81,10 +81,11 @@ pub(crate) fn run<'s>(
         let mut pool = prepared(case, &rows, &bench, &tolerances, kept);
         let noise = noise_rms(&rows, &saturation.rest(&rows, &side.contexts, &mismatch, &tangent, &[]));
         let coarse_step_n = case.coarse_step_n(noise);
-        let (relevant_n, inexact_n) = (relevant_n(case, &rows), inexact_n(case, &rows, &mismatch)?);
+        let matters = Matters::of(case, &rows, &mismatch)?;
         // a force that stays within one step is off by up to half of it, always to the same side
         let rounding_n = coarse_step_n.map_or(step_n.map_or(0.0, rounding), |step| 0.5 * step);
-        let floor = Floor { any_n: relevant_n.max(FLOOR_OF_NOISE * noise), inexact_n, rounding_n };
+        let floor =
+            Floor { any_n: matters.relevant_n.max(FLOOR_OF_NOISE * noise), inexact_n: matters.inexact_n, rounding_n };
         let searched = search(&mut bench, &mut pool, &tolerances, &former, floor);
         let mut members = searched.members;
         let noise_of = if pass == 1 { NoiseOf::Curves } else { NoiseOf::Search };
@@ -137,7 +138,7 @@ pub(crate) fn run<'s>(
             has_landed: false,
             p_no_mismatch: least_of([searched.p_no_mismatch, p_of_curve]),
             noise_n,
-            irrelevant_n: relevant_n.max(inexact_n),
+            irrelevant_n: matters.irrelevant_n(),
             left,
             coarse_step_n,
             sets: None,
@@ -161,22 +162,29 @@ fn led(case: &Case<'_>, bench: &Bench<'_>, members: &[Member], values: &[f64]) -
     Ok(Some(case.valley(&bench.rows, causes(members)).settled(values)?).filter(|there| is_far(there)))
 }
 
-/// RMS force below which a mismatch is of no matter, N.
-pub(crate) fn irrelevant_n(case: &Case<'_>, rows: &Rows, mismatch: &[f64]) -> Result<f64, String> {
-    Ok(relevant_n(case, rows).max(inexact_n(case, rows, mismatch)?))
+/// RMS forces from which a mismatch matters.
+pub(crate) struct Matters {
+    /// As the simulation says, N.
+    relevant_n: f64,
+    /// What derivatives leave of calibration, which cannot be told from a cause, N.
+    inexact_n: f64,
 }
 
-/// RMS force from which a mismatch is one that matters, as the simulation says, N.
-fn relevant_n(case: &Case<'_>, rows: &Rows) -> f64 {
-    case.given.simulation.tolerance.relevance * rms(&rows.plain(&case.side.drag_n))
-}
+impl Matters {
+    pub(crate) fn of(case: &Case<'_>, rows: &Rows, mismatch: &[f64]) -> Result<Self, String> {
+        let Case { given: Given { simulation, nominal, .. }, side, .. } = *case;
+        let before = side.residual(nominal, &nominal.start())?;
+        let calibrated: Vec<f64> = before.iter().zip(mismatch).map(|(before, after)| before - after).collect();
+        Ok(Matters {
+            relevant_n: simulation.tolerance.relevance * rms(&rows.plain(&side.drag_n)),
+            inexact_n: nominal.error_of_derivatives() * rms(&rows.plain(&calibrated)),
+        })
+    }
 
-/// RMS force that derivatives leave of calibration, which cannot be told from a cause, N.
-fn inexact_n(case: &Case<'_>, rows: &Rows, mismatch: &[f64]) -> Result<f64, String> {
-    let nominal = case.given.nominal;
-    let before = case.side.residual(nominal, &nominal.start())?;
-    let calibrated: Vec<f64> = before.iter().zip(mismatch).map(|(before, after)| before - after).collect();
-    Ok(nominal.error_of_derivatives() * rms(&rows.plain(&calibrated)))
+    /// RMS force below which a mismatch is of no matter, N.
+    pub(crate) fn irrelevant_n(&self) -> f64 {
+        self.relevant_n.max(self.inexact_n)
+    }
 }
 
 /// Drops, the smallest first, members that carry next to nothing of what explains together with them: all whose form may

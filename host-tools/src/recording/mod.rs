@@ -17,6 +17,7 @@ mod dialect;
 mod losses;
 mod mapping;
 mod parquet;
+mod parts;
 pub mod raw;
 pub mod table;
 mod text;
