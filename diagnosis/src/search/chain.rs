@@ -35,7 +35,8 @@ pub(super) fn set_apart(bench: &mut Bench<'_>, members: &mut Vec<Member>) -> boo
     if has(Id::ForceOffset) || has(Id::GravityTilt) {
         return false;
     }
-    (!has(Id::SealDrag) && straighten(bench, members, at)) || balance(bench, members, at)
+    let is_straight = !has(Id::SealDrag) && straighten(bench, members, at);
+    !is_straight && balance(bench, members, at)
 }
 
 /// Whether it is a chain whose mean pull has been taken out: any other of its forms would take that back.
@@ -44,7 +45,7 @@ pub(super) fn is_balanced(source: &Source) -> bool {
         if definition.id == Id::CableChain && BALANCED.contains(&definition.forms[*form].name))
 }
 
-/// Replaces a chain that hardly changes along the rail by what is left of it then.
+/// Replaces a chain that hardly changes along the rail by what is left of it then. Answers whether it did.
 fn straighten(bench: &mut Bench<'_>, members: &mut Vec<Member>, at: usize) -> bool {
     let Beside { others, fit, gain, .. } = bench.beside(members, at);
     let mut instead = others;
@@ -52,15 +53,15 @@ fn straighten(bench: &mut Bench<'_>, members: &mut Vec<Member>, at: usize) -> bo
         instead.push(bench.take(candidate));
     }
     let nats = 0.5 * (fit.rss - bench.fit_members(&instead).rss);
-    if nats < (1.0 - FURTHER) * gain.nats {
+    if !(nats > (1.0 - FURTHER) * gain.nats) {
         return false;
     }
     *members = instead;
     drop_idle(bench, members);
-    false
+    true
 }
 
-/// Takes a mean pull that is no chain's out of one.
+/// Takes a mean pull that is no chain's out of one. Answers whether it did.
 fn balance(bench: &mut Bench<'_>, members: &mut Vec<Member>, at: usize) -> bool {
     let Source::Mechanism { definition, form, .. } = &members[at].candidate.source else { return false };
     let fit = bench.fit_members(members);
