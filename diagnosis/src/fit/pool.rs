@@ -7,7 +7,7 @@ use simulation::mechanism::{Definition, Form, Id, Kind, Search, ShapeParameter, 
 use crate::fit::bench::{Bench, Candidate, Gain};
 use crate::fit::least_squares::Fit;
 use crate::fit::refine::refine;
-use crate::fit::source::Source;
+use crate::fit::source::{Source, is_balanced};
 use crate::fit::spectrum::{Left, Waves, is_wave, span, tried};
 use crate::nominal::Nominal;
 
@@ -195,7 +195,7 @@ impl Pool {
     fn add_richer(&mut self, bench: &Bench<'_>, definition: &'static Definition, known: &dyn Fn(&str) -> Option<f64>) {
         for (form, what) in definition.forms.iter().enumerate().skip(1) {
             let is_of_stroke = what.shape.iter().any(|parameter| parameter.search == Search::StrokeStart);
-            if what.shape.is_empty() || is_wave(what) || (bench.is_relative && is_of_stroke) {
+            if what.shape.is_empty() || is_wave(what) || is_balanced(what) || (bench.is_relative && is_of_stroke) {
                 continue;
             }
             let shapes = grid_around(what, MOST_POINTS_OF_RICHER, span(bench), known);

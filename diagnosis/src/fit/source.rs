@@ -2,7 +2,7 @@
 //! story.
 
 use simulation::curve::{AddedCurve, Axis, Curve};
-use simulation::mechanism::{Added, Context, Definition, Id, Sign};
+use simulation::mechanism::{Added, Context, Definition, Form, Id, Sign};
 
 use crate::fit::story;
 
@@ -31,6 +31,11 @@ impl Source {
     /// Whether it is a form of this mechanism.
     pub(crate) fn is(&self, id: Id) -> bool {
         matches!(self, Source::Mechanism { definition, .. } if definition.id == id)
+    }
+
+    /// Whether it is a chain whose mean pull has been given to another: any other of its forms would take that back.
+    pub(crate) fn is_balanced(&self) -> bool {
+        matches!(self, Source::Mechanism { definition, form, .. } if is_balanced(&definition.forms[*form]))
     }
 
     pub(crate) fn is_story(&self) -> bool {
@@ -100,6 +105,12 @@ impl Source {
             _ => vec![(f64::NEG_INFINITY, f64::INFINITY); amplitudes],
         }
     }
+}
+
+/// Whether a form is one of a cable chain that pulls nothing on the average of the stroke. It takes the place of a form that does,
+/// with an offset beside it, and is not searched for by itself: beside an offset it would seem the simpler chain.
+pub(crate) fn is_balanced(form: &Form) -> bool {
+    matches!(form.name, "balanced" | "balanced-rolling")
 }
 
 /// Columns of a mechanism or a curve over the rows of these runs, laid end to end.

@@ -15,7 +15,7 @@ use simulation::mechanism::{Id, definition};
 use crate::fit::bench::{Bench, Beside, Member};
 use crate::fit::pool::grid;
 use crate::fit::refine::refine;
-use crate::fit::source::Source;
+use crate::fit::source::{Source, is_balanced};
 use crate::fit::spectrum::span;
 use crate::search::holds::FURTHER;
 use crate::search::{drop_idle, without};
@@ -24,8 +24,8 @@ use crate::search::{drop_idle, without};
 /// not be all of the chain's.
 const UNEVEN: f64 = 0.25;
 
-/// The forms that pull nothing on the average of the stroke.
-const BALANCED: [&str; 2] = ["balanced", "balanced-rolling"];
+/// Standard errors of the mean pull by which it must be beyond that.
+const SURE: f64 = 3.0;
 
 /// Gives the constant parts of a cable chain's force to those whose they are. Answers whether there is more to search for.
 pub(super) fn set_apart(bench: &mut Bench<'_>, members: &mut Vec<Member>) -> bool {
@@ -37,12 +37,6 @@ pub(super) fn set_apart(bench: &mut Bench<'_>, members: &mut Vec<Member>) -> boo
     }
     let is_straight = !has(Id::SealDrag) && straighten(bench, members, at);
     !is_straight && balance(bench, members, at)
-}
-
-/// Whether it is a chain whose mean pull has been taken out: any other of its forms would take that back.
-pub(super) fn is_balanced(source: &Source) -> bool {
-    matches!(source, Source::Mechanism { definition, form, .. }
-        if definition.id == Id::CableChain && BALANCED.contains(&definition.forms[*form].name))
 }
 
 /// Replaces a chain that hardly changes along the rail by what is left of it then. Answers whether it did.
@@ -70,10 +64,14 @@ fn balance(bench: &mut Bench<'_>, members: &mut Vec<Member>, at: usize) -> bool 
     let of = |name: &str| own.clone().find(|(own, _)| *own == name).map_or(0.0, |(_, x)| x);
     let pull = [of("force_n"), of("force_per_m_n_m"), of("force_per_m2_n_m2")];
     let (from, to) = span(bench);
-    if bench.is_relative || !(to > from) || pull[0] == 0.0 || !is_anothers(pull, from, to) {
+    if bench.is_relative || !(to > from) || pull[0] == 0.0 {
         return false;
     }
-    let balanced = (0..definition.forms.len()).filter(|form| BALANCED.contains(&definition.forms[*form].name));
+    let (mean_n, beyond_n) = beyond_its_own(pull, from, to);
+    if beyond_n <= 0.0 {
+        return false;
+    }
+    let balanced = (0..definition.forms.len()).filter(|form| is_balanced(&definition.forms[*form]));
     let shapes =
         |form: usize| grid(&definition.forms[form], usize::MAX, (from, to)).into_iter().map(move |shape| (form, shape));
     let source = |(form, shape)| Source::Mechanism { definition, form, shape };
@@ -90,42 +88,53 @@ fn balance(bench: &mut Bench<'_>, members: &mut Vec<Member>, at: usize) -> bool 
         })
         .max_by(|a, b| a.1.score.total_cmp(&b.1.score));
     let Some((chain, _)) = best else { return false };
+    let offset_at = without_chain.len() - 1;
     without_chain.push(bench.take(chain));
-    *members = without_chain;
-    true
+    // twice the evidence is the square of the mean in units of its standard error
+    let evidence = bench.beside(&without_chain, offset_at).gain.nats;
+    let is_told = beyond_n * (2.0 * evidence).sqrt() > SURE * mean_n.abs();
+    if is_told {
+        *members = without_chain;
+    }
+    is_told
 }
 
 fn minimal(id: Id) -> Source {
     Source::Mechanism { definition: definition(id), form: 0, shape: Vec::new() }
 }
 
-/// Whether a pull `[N, N/m, N/m²]` over the stroke has a mean that no chain has by itself.
-fn is_anothers(pull: [f64; 3], from: f64, to: f64) -> bool {
+/// Mean of a pull `[N, N/m, N/m²]` over the stroke, and how far that lies beyond what a chain has by itself, N; not above 0 within.
+fn beyond_its_own(pull: [f64; 3], from: f64, to: f64) -> (f64, f64) {
     let at = |x: f64| pull[0] + x * (pull[1] + x * pull[2]);
     let peak = Some(-0.5 * pull[1] / pull[2]).filter(|x| (from..=to).contains(x)).map_or(at(from), at);
     let ends = [at(from), at(to), peak];
-    let (least, most) =
-        (ends.iter().copied().fold(f64::INFINITY, f64::min), ends.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+    let least = ends.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = ends.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let half = 0.5 * (most - least);
     // of a parabola, exactly
     let mean = (at(from) + 4.0 * at(0.5 * (from + to)) + at(to)) / 6.0;
-    let share = mean.abs() / (0.5 * (most - least));
-    share > UNEVEN && (share - 1.0).abs() > UNEVEN
+    let beyond = [0.0, half].map(|own| (mean.abs() - own).abs() - UNEVEN * half);
+    (mean, beyond[0].min(beyond[1]))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn own(pull: [f64; 3], from: f64, to: f64) -> bool {
+        beyond_its_own(pull, from, to).1 <= 0.0
+    }
+
     #[test]
     fn a_mean_pull_is_a_chains_own_where_it_hangs_evenly_or_pulls_at_one_end() {
         // about the middle of 0.1 to 1.1 m, from one end, straight and curved
-        assert!(!is_anothers([-1.8, 3.0, 0.0], 0.1, 1.1));
-        assert!(!is_anothers([-2.0, 3.0, 0.3], 0.1, 1.1));
-        assert!(!is_anothers([-0.3, 3.0, 0.0], 0.1, 1.1));
-        assert!(!is_anothers([3.3, -3.0, 0.0], 0.1, 1.1));
+        assert!(own([-1.8, 3.0, 0.0], 0.1, 1.1));
+        assert!(own([-2.0, 3.0, 0.3], 0.1, 1.1));
+        assert!(own([-0.3, 3.0, 0.0], 0.1, 1.1));
+        assert!(own([3.3, -3.0, 0.0], 0.1, 1.1));
         // with half as much again, and with far more than it changes by
-        assert!(is_anothers([-1.0, 3.0, 0.0], 0.1, 1.1));
-        assert!(is_anothers([-2.6, 3.0, 0.0], 0.1, 1.1));
-        assert!(is_anothers([5.0, 0.2, 0.0], 0.1, 1.1));
+        assert!(!own([-1.0, 3.0, 0.0], 0.1, 1.1));
+        assert!(!own([-2.6, 3.0, 0.0], 0.1, 1.1));
+        assert!(!own([5.0, 0.2, 0.0], 0.1, 1.1));
     }
 }

@@ -293,7 +293,7 @@ fn best_upgrade(bench: &Bench<'_>, pool: &mut Pool, members: &[Member], rival: f
     for (at, member) in members.iter().enumerate() {
         let Source::Mechanism { definition, form, .. } = &member.candidate.source else { continue };
         if definition.forms.len() < 2 && definition.forms[*form].shape.is_empty()
-            || chain::is_balanced(&member.candidate.source)
+            || member.candidate.source.is_balanced()
         {
             continue;
         }
@@ -332,7 +332,7 @@ fn simplify(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>,
     let law = bench.fit(&bench.law());
     let all = 0.5 * (law.rss - bench.fit_members(members).rss);
     for at in 0..members.len() {
-        if chain::is_balanced(&members[at].candidate.source) {
+        if members[at].candidate.source.is_balanced() {
             continue;
         }
         let Beside { others, fit, own, gain } = bench.beside(members, at);

@@ -11,7 +11,6 @@ use crate::numbers::rounding::rounding;
 use crate::numbers::statistics::rms;
 use crate::search::adequacy::{self, Doubt, doubts};
 use crate::search::case::{Case, Given};
-use crate::search::chain;
 use crate::search::found::{Causes, FAR, Found, again, amplitudes};
 use crate::search::holds::{Floor, is_small, may_leave, shows_beside_leavings};
 use crate::search::open_set::{self, NoiseOf, is_clock};
@@ -236,7 +235,7 @@ fn least_share(source: &Source, of_evidence: f64, is_small: impl FnOnce() -> boo
 fn shorten(bench: &mut Bench<'_>, pool: &mut Pool, members: &mut [Member]) {
     for at in 0..members.len() {
         let Beside { fit, own, gain, .. } = bench.beside(members, at);
-        if !adequacy::is_long_and_at_its_end(&own.source) || chain::is_balanced(&own.source) {
+        if !adequacy::is_long_and_at_its_end(&own.source) || own.source.is_balanced() {
             continue;
         }
         let minimal = pool.minimal(bench, &own.source, &fit).map(|(minimal, gain)| (minimal.clone(), gain.nats));
