@@ -75,26 +75,23 @@ fn balance(bench: &mut Bench<'_>, members: &mut Vec<Member>, at: usize) -> bool 
     let shapes =
         |form: usize| grid(&definition.forms[form], usize::MAX, (from, to)).into_iter().map(move |shape| (form, shape));
     let source = |(form, shape)| Source::Mechanism { definition, form, shape };
-    let mut without_chain = without(members, at);
+    let mut instead = without(members, at);
     let Some(offset) = bench.candidate(minimal(Id::ForceOffset)) else { return false };
-    without_chain.push(bench.take(offset));
-    let beside = bench.fit_members(&without_chain);
+    instead.push(bench.take(offset));
+    let beside = bench.fit_members(&instead);
     let best = bench
         .candidates(balanced.flat_map(shapes).map(source))
         .into_iter()
-        .map(|mut candidate| {
-            bench.prepare(&mut candidate, &beside.active);
-            refine(bench, &candidate, &beside)
-        })
+        .map(|candidate| refine(bench, &candidate, &beside))
         .max_by(|a, b| a.1.score.total_cmp(&b.1.score));
     let Some((chain, _)) = best else { return false };
-    let offset_at = without_chain.len() - 1;
-    without_chain.push(bench.take(chain));
+    let offset_at = instead.len() - 1;
+    instead.push(bench.take(chain));
     // twice the evidence is the square of the mean in units of its standard error
-    let evidence = bench.beside(&without_chain, offset_at).gain.nats;
+    let evidence = bench.beside(&instead, offset_at).gain.nats;
     let is_told = beyond_n * (2.0 * evidence).sqrt() > SURE * mean_n.abs();
     if is_told {
-        *members = without_chain;
+        *members = instead;
     }
     is_told
 }
