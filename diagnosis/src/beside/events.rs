@@ -67,6 +67,12 @@ const SPREAD: f64 = 0.3;
 /// Slope of the logarithm of length over that of speed: 0 for one length, 1 for one duration.
 const LIKE_DURATION: f64 = 0.5;
 
+/// Part of a score that a pulse loses for a shape that is not the triangle's: by less than that no width fits better.
+const OTHER_SHAPE: f64 = 0.1;
+
+/// Part of the noise of a score that another width does not share: pulses whose widths differ by √2 have most rows in common.
+const OWN_NOISE: f64 = 0.5;
+
 /// Lengths of a spot to either side that it still reaches into, and rows, at least.
 const REACH: f64 = 2.0;
 const MARGIN: usize = 2;
@@ -259,21 +265,36 @@ fn beyond(mut scores: Vec<f64>, highest_of_others: f64) -> f64 {
     scores.iter().enumerate().map(of).fold(1.0, f64::min)
 }
 
-/// Whether spots may as well have one duration: pulses of some duration fit better, or, where too few spots are resolved
-/// for their lengths to tell, nearly as well. Noise makes a sum of scores scatter by the root of their number. That all of
-/// them brake tells nothing: so do the bursts of a plain screw.
+/// Whether spots may as well have one duration: pulses of some duration fit clearly better, or, where too few spots are
+/// resolved for their lengths to tell, nearly as well. That all of them brake tells nothing: so do the bursts of a plain
+/// screw.
 fn is_of_duration(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize) -> bool {
     let row_s = tracks.iter().map(|track| track.step_s).fold(f64::INFINITY, f64::min);
-    let durations = ladder(row_s, DURATIONS).map(|duration_s| Pulses::of(tracks, Width::Duration(duration_s)).sum);
-    let ahead = lengths.iter().map(|(_, pulses)| pulses.sum).fold(0.0, f64::max) - durations.fold(0.0, f64::max);
     let spots = &lengths[best].1.braking;
+    let durations = ladder(row_s, DURATIONS).map(|duration_s| Pulses::of(tracks, Width::Duration(duration_s)));
+    let of_durations = durations.map(|pulses| fitting(&pulses, spots)).fold(f64::NEG_INFINITY, f64::max);
+    let of_lengths = lengths.iter().map(|(_, pulses)| fitting(pulses, spots)).fold(f64::NEG_INFINITY, f64::max);
+    let ahead = of_lengths - of_durations;
     let resolved = resolved(tracks, lengths, best);
     let speeds: Vec<f64> = resolved.iter().map(|(speed, _)| *speed).collect();
     if resolved.len() < FEW || scatter(&speeds) < SPREAD {
-        return ahead < (spots.len() as f64).sqrt();
+        let variance = |spot: &(usize, usize)| peak(&lengths[best].1, *spot).powi(-2);
+        return ahead < OWN_NOISE * spots.iter().map(variance).sum::<f64>().sqrt() / spots.len() as f64;
     }
     let own: Vec<f64> = resolved.iter().map(|(_, length)| *length).collect();
-    ahead < 0.0 || line(&speeds.iter().copied().zip(own).collect::<Vec<_>>()).1 > LIKE_DURATION
+    ahead < -OTHER_SHAPE || line(&speeds.iter().copied().zip(own).collect::<Vec<_>>()).1 > LIKE_DURATION
+}
+
+/// How well pulses of one width fit spots: mean logarithm of their scores, so that the highest alone do not tell. Noise makes
+/// that of a score `s` scatter by `1/s`.
+fn fitting(pulses: &Pulses, spots: &[(usize, usize)]) -> f64 {
+    spots.iter().map(|spot| peak(pulses, *spot).ln()).sum::<f64>() / spots.len() as f64
+}
+
+/// Highest score in the rows next to a spot: pulses of another width may peak beside it. What noise shows anywhere is the least.
+fn peak(pulses: &Pulses, (track, n): (usize, usize)) -> f64 {
+    let scores = &pulses.scores[track];
+    scores[n.saturating_sub(MARGIN)..scores.len().min(n + MARGIN + 1)].iter().fold(1.0, |most, score| most.max(*score))
 }
 
 /// Logarithms of speed and of length, of the spots at speeds at which the best length lasts for several rows. Speed alone
@@ -404,6 +425,19 @@ mod tests {
         assert_eq!(together_m(&of([376.0, 380.0, 392.0]), 13.0), longest_m);
         assert_eq!(together_m(&of([376.0, 377.0, 379.0]), 13.0), None);
         assert_eq!(together_m(&of([376.0, 300.0, 200.0]), 13.0), None);
+    }
+
+    #[test]
+    fn the_highest_spot_alone_does_not_tell_which_width_fits() {
+        let of = |scores: [f64; 4]| {
+            let scores = vec![vec![0.0, 0.0, scores[0], 0.0, 0.0], scores[1..].to_vec()];
+            Pulses { scores, braking: Vec::new(), pushing: 0, evidence: 0.0, sum: 0.0 }
+        };
+        let spots = [(0, 2), (1, 0)];
+        // the second lies beside its row, and where nothing is seen a score counts for no less than noise shows
+        let (all, highest) = (of([90.0, 5.0, 20.0, 0.0]), of([100.0, -3.0, 0.0, 0.5]));
+        assert!((fitting(&all, &spots) - (90.0f64 * 20.0).ln() / 2.0).abs() < 1e-12);
+        assert!((fitting(&highest, &spots) - 100.0f64.ln() / 2.0).abs() < 1e-12);
     }
 
     /// Both sides have tails of the exponent that is granted: no more than a level's share of recordings falls below it.
