@@ -7,6 +7,7 @@ use crate::fit::pool::{Pool, Tolerances};
 use crate::fit::refine::refine;
 use crate::fit::source::Source;
 use crate::numbers::linear::{Cholesky, Symmetric, dot, products};
+use crate::search::load_law;
 
 /// Rivals this many nats behind are still in the race.
 pub(crate) const TIE: f64 = 3.0;
@@ -25,7 +26,7 @@ const NEAR_OF_ASYMMETRY: f64 = 0.02;
 
 /// Share of the evidence that a longer form adds to its own cause and that tells nothing apart: half of what a form may
 /// leave at all.
-const LONGER_FORM: f64 = 0.01;
+pub(crate) const LONGER_FORM: f64 = 0.01;
 
 /// Share of a force that makes no difference between two.
 const SAME: f64 = 1e-4;
@@ -94,7 +95,9 @@ pub(crate) fn of(
                     }
                 }
             }
-            if rival.beyond() < 0.0 {
+            let by_load =
+                || load_law::tells_apart(bench, fit, others, (own, own_gain), (&rival.candidate, &rival.gain));
+            if rival.beyond() < 0.0 && !by_load() {
                 tied.push(rival);
             } else {
                 // two writings of one cause differ by a share of the evidence: it counts for no more than that
@@ -117,6 +120,7 @@ pub(crate) fn of(
 /// A cause in the place of a member.
 struct Rival {
     candidate: Candidate,
+    gain: Gain,
     /// Nats by which it is behind the member; negative where it does better.
     behind: f64,
     /// Nats by which it may be.
@@ -163,7 +167,7 @@ impl Race<'_, '_> {
             self.tie()
         };
         let behind = if is_plain || is_within_a_row { own_nats - gain.nats } else { own_score - gain.score };
-        Rival { candidate, behind, tie }
+        Rival { candidate, gain, behind, tie }
     }
 }
 

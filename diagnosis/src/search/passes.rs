@@ -13,6 +13,7 @@ use crate::search::adequacy::{self, Doubt, doubts};
 use crate::search::case::{Case, Given};
 use crate::search::found::{Causes, FAR, Found, again, amplitudes};
 use crate::search::holds::{Floor, is_small, may_leave, shows_beside_leavings};
+use crate::search::load_law;
 use crate::search::open_set::{self, NoiseOf, is_clock};
 use crate::search::search;
 
@@ -121,6 +122,7 @@ pub(crate) fn run<'s>(
         let noise_n = noise_rms(&rows, &left);
         drop_small(&bench, &pool, &mut members);
         shorten(&mut bench, &mut pool, &mut members);
+        load_law::exchange(&mut bench, &mut pool, &tolerances, &mut members);
         let doubts = doubted(&mut bench, &mut pool, &tolerances, &mut members, floor);
         // no further search, but what was found is to be true where it leads the law to
         if let Some(led) = self::led(case, &bench, &members, &values)? {
