@@ -26,7 +26,7 @@ const NEAR_OF_ASYMMETRY: f64 = 0.02;
 
 /// Share of the evidence that a longer form adds to its own cause and that tells nothing apart: half of what a form may
 /// leave at all.
-pub(crate) const LONGER_FORM: f64 = 0.01;
+const LONGER_FORM: f64 = 0.01;
 
 /// Share of a force that makes no difference between two.
 const SAME: f64 = 1e-4;
@@ -95,8 +95,12 @@ pub(crate) fn of(
                     }
                 }
             }
-            let by_load =
-                || load_law::tells_apart(bench, fit, others, (own, own_gain), (&rival.candidate, &rival.gain));
+            // where the load alone tells: one follows its own law of it and the other does not
+            let by_load = || {
+                load_law::has_law(&own.source)
+                    && load_law::refuses(bench, fit, others, (&rival.candidate, &rival.gain))
+                    && !load_law::refuses(bench, fit, others, (own, own_gain))
+            };
             if rival.beyond() < 0.0 && !by_load() {
                 tied.push(rival);
             } else {
@@ -115,6 +119,41 @@ pub(crate) fn of(
         candidates.iter().chain(&minimal).filter(|c| is_constant(bench, c)).cloned().collect();
     candidates.retain(|candidate| !constants.iter().any(|constant| is_with_more(candidate, constant)));
     Set { candidates, confidence: (1.0 / (1.0 + against)).clamp(0.5, 0.99) }
+}
+
+/// Exchanges members whose law of the load the recording refuses for causes that explain as much and whose law it does not.
+pub(crate) fn exchange_refused(
+    bench: &mut Bench<'_>,
+    pool: &mut Pool,
+    tolerances: &Tolerances<'_>,
+    members: &mut [Member],
+) {
+    for at in 0..members.len() {
+        if !load_law::has_law(&members[at].candidate.source) {
+            continue;
+        }
+        let Beside { others, fit, own, gain } = bench.beside(members, at);
+        if !load_law::refuses(bench, &fit, &others, (&own, &gain)) {
+            continue;
+        }
+        let least = gain.nats - TIE.max(LONGER_FORM * gain.nats);
+        let rivals: Vec<usize> = pool
+            .ranked_causes(bench, &fit, tolerances)
+            .into_iter()
+            .map(|(index, _)| index)
+            .filter(|index| {
+                let source = &pool.causes[*index].source;
+                load_law::has_law(source) && !members.iter().any(|member| member.candidate.source.is_kin(source))
+            })
+            .collect();
+        let better = rivals
+            .into_iter()
+            .map(|index| refine(bench, &pool.causes[index], &fit))
+            .find(|(rival, of)| of.nats > least && !load_law::refuses(bench, &fit, &others, (rival, of)));
+        if let Some((rival, _)) = better {
+            members[at] = bench.take(rival);
+        }
+    }
 }
 
 /// A cause in the place of a member.

@@ -13,13 +13,10 @@
 
 use simulation::mechanism::Id;
 
-use crate::fit::bench::{Bench, Beside, Candidate, Gain, Member};
+use crate::fit::bench::{Bench, Candidate, Gain, Member};
 use crate::fit::least_squares::Fit;
-use crate::fit::pool::{Pool, Tolerances};
-use crate::fit::refine::refine;
 use crate::fit::source::Source;
 use crate::numbers::linear::{Cholesky, Symmetric, dot, products, remove};
-use crate::search::equivalents::{LONGER_FORM, TIE};
 use crate::search::leavings;
 
 /// Power of the load by which a force may seem to follow another law than its form's: published powers of oil in the inlet lie
@@ -40,65 +37,29 @@ pub(crate) fn is_another(bench: &Bench<'_>, fit: &Fit, members: &[Member], at: u
     let active: Vec<&[f32]> = fit.active.iter().map(|column| bench.base[*column].as_slice()).collect();
     has_law(source) && {
         let force = bench.force(source, &members[at].amplitudes(fit));
-        power(bench, force, &active, rest, &leavings(bench, fit, members)).is_some_and(Power::is_another)
+        power(bench, force, &active, rest, &leavings(bench, fit, members)).is_some_and(|power| power.is_another())
     }
 }
 
 /// The same of a cause that is none of the members, with what it adds to their `fit`.
-fn would_be_another(bench: &Bench<'_>, fit: &Fit, members: &[Member], (candidate, gain): (&Candidate, &Gain)) -> bool {
+pub(crate) fn refuses(
+    bench: &Bench<'_>,
+    fit: &Fit,
+    members: &[Member],
+    (candidate, gain): (&Candidate, &Gain),
+) -> bool {
     let base = fit.active.iter().map(|column| &bench.base[*column]);
     let active: Vec<&[f32]> = base.chain(&candidate.columns).map(Vec::as_slice).collect();
     has_law(&candidate.source) && {
         let mut rest = bench.rest(fit);
         remove(&mut rest, &active);
         let force = bench.force(&candidate.source, &gain.amplitudes);
-        power(bench, force, &active, &rest, &leavings(bench, fit, members)).is_some_and(Power::is_another)
-    }
-}
-
-/// Whether the load, and that alone, tells a cause from one that explains as much: one follows its law and the other does not.
-pub(crate) fn tells_apart(
-    bench: &Bench<'_>,
-    fit: &Fit,
-    others: &[Member],
-    own: (&Candidate, &Gain),
-    rival: (&Candidate, &Gain),
-) -> bool {
-    has_law(&own.0.source) && would_be_another(bench, fit, others, rival) && !would_be_another(bench, fit, others, own)
-}
-
-/// Exchanges members that follow another law of the load than theirs for causes that explain as much and follow their own.
-pub(crate) fn exchange(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>, members: &mut [Member]) {
-    for at in 0..members.len() {
-        if !has_law(&members[at].candidate.source) {
-            continue;
-        }
-        let Beside { others, fit, own, gain } = bench.beside(members, at);
-        if !would_be_another(bench, &fit, &others, (&own, &gain)) {
-            continue;
-        }
-        let least = gain.nats - TIE.max(LONGER_FORM * gain.nats);
-        let rivals: Vec<usize> = pool
-            .ranked_causes(bench, &fit, tolerances)
-            .into_iter()
-            .map(|(index, _)| index)
-            .filter(|index| {
-                let source = &pool.causes[*index].source;
-                has_law(source) && !members.iter().any(|member| member.candidate.source.is_kin(source))
-            })
-            .collect();
-        let better = rivals
-            .into_iter()
-            .map(|index| refine(bench, &pool.causes[index], &fit))
-            .find(|(rival, of)| of.nats > least && !would_be_another(bench, &fit, &others, (rival, of)));
-        if let Some((rival, _)) = better {
-            members[at] = bench.take(rival);
-        }
+        power(bench, force, &active, &rest, &leavings(bench, fit, members)).is_some_and(|power| power.is_another())
     }
 }
 
 /// Whether a form says how its force grows with the load.
-fn has_law(source: &Source) -> bool {
+pub(crate) fn has_law(source: &Source) -> bool {
     [Id::SealDrag, Id::ViscousDrag, Id::HydrodynamicRolling].iter().any(|id| source.is(*id))
 }
 
@@ -110,7 +71,7 @@ struct Power {
 }
 
 impl Power {
-    fn is_another(self) -> bool {
+    fn is_another(&self) -> bool {
         self.power.abs() > MOST.max(SURE * self.scatter)
     }
 }

@@ -11,9 +11,9 @@ use crate::numbers::rounding::rounding;
 use crate::numbers::statistics::rms;
 use crate::search::adequacy::{self, Doubt, doubts};
 use crate::search::case::{Case, Given};
+use crate::search::equivalents;
 use crate::search::found::{Causes, FAR, Found, again, amplitudes};
 use crate::search::holds::{Floor, is_small, may_leave, shows_beside_leavings};
-use crate::search::load_law;
 use crate::search::open_set::{self, NoiseOf, is_clock};
 use crate::search::search;
 
@@ -122,7 +122,7 @@ pub(crate) fn run<'s>(
         let noise_n = noise_rms(&rows, &left);
         drop_small(&bench, &pool, &mut members);
         shorten(&mut bench, &mut pool, &mut members);
-        load_law::exchange(&mut bench, &mut pool, &tolerances, &mut members);
+        equivalents::exchange_refused(&mut bench, &mut pool, &tolerances, &mut members);
         let doubts = doubted(&mut bench, &mut pool, &tolerances, &mut members, floor);
         // no further search, but what was found is to be true where it leads the law to
         if let Some(led) = self::led(case, &bench, &members, &values)? {
