@@ -3,6 +3,7 @@
 use simulation::mechanism::{Id, library};
 
 use crate::fit::bench::{Bench, Beside, Candidate, Gain, Member};
+use crate::fit::least_squares::Fit;
 use crate::fit::pool::{Pool, Tolerances};
 use crate::fit::refine::refine;
 use crate::fit::source::Source;
@@ -95,17 +96,11 @@ pub(crate) fn of(
                     }
                 }
             }
-            // where the load alone tells: one follows its own law of it and the other does not
-            let by_load = || {
-                load_law::has_law(&own.source)
-                    && load_law::refuses(bench, fit, others, (&rival.candidate, &rival.gain))
-                    && !load_law::refuses(bench, fit, others, (own, own_gain))
-            };
-            if rival.beyond() < 0.0 && !by_load() {
-                tied.push(rival);
-            } else {
+            if rival.beyond() >= 0.0 {
                 // two writings of one cause differ by a share of the evidence: it counts for no more than that
                 against += (-rival.behind.min(rival.behind * TIE / rival.tie)).exp();
+            } else if !race.is_told_by_load(others, fit, &rival) {
+                tied.push(rival);
             }
         }
     }
@@ -187,6 +182,15 @@ impl Race<'_, '_> {
     /// Nats by which rivals may be behind.
     fn tie(&self) -> f64 {
         TIE.max(NEAR * self.own_gain.nats)
+    }
+
+    /// Whether the load tells a rival from the member, however well it explains the rest: the member follows its own law of the
+    /// load, and the rival does not. `fit`: of the others alone.
+    fn is_told_by_load(&self, others: &[Member], fit: &Fit, rival: &Rival) -> bool {
+        let is_refused = |cause| load_law::refuses(self.bench, fit, others, cause);
+        load_law::has_law(&self.own.source)
+            && is_refused((&rival.candidate, &rival.gain))
+            && !is_refused((self.own, self.own_gain))
     }
 
     /// A cause, with what it adds in the member's place, as a rival.

@@ -37,7 +37,7 @@ pub(crate) fn is_another(bench: &Bench<'_>, fit: &Fit, members: &[Member], at: u
     let active: Vec<&[f32]> = fit.active.iter().map(|column| bench.base[*column].as_slice()).collect();
     has_law(source) && {
         let force = bench.force(source, &members[at].amplitudes(fit));
-        power(bench, force, &active, rest, &leavings(bench, fit, members)).is_some_and(|power| power.is_another())
+        power(bench, force, &active, rest, of_others(bench, fit, members)).is_some_and(|power| power.is_another())
     }
 }
 
@@ -54,7 +54,7 @@ pub(crate) fn refuses(
         let mut rest = bench.rest(fit);
         remove(&mut rest, &active);
         let force = bench.force(&candidate.source, &gain.amplitudes);
-        power(bench, force, &active, &rest, &leavings(bench, fit, members)).is_some_and(|power| power.is_another())
+        power(bench, force, &active, &rest, of_others(bench, fit, members)).is_some_and(|power| power.is_another())
     }
 }
 
@@ -77,7 +77,7 @@ impl Power {
 }
 
 /// What the forms of causes without a law of the load may leave, whitened.
-fn leavings(bench: &Bench<'_>, fit: &Fit, members: &[Member]) -> Vec<Vec<f32>> {
+fn of_others(bench: &Bench<'_>, fit: &Fit, members: &[Member]) -> Vec<Vec<f32>> {
     leavings::columns(bench, fit, members.iter().filter(|other| !has_law(&other.candidate.source)))
 }
 
@@ -88,7 +88,7 @@ fn power(
     mut force: Vec<f64>,
     active: &[&[f32]],
     rest: &[f32],
-    leavings: &[Vec<f32>],
+    mut leavings: Vec<Vec<f32>>,
 ) -> Option<Power> {
     let load: Vec<f64> = bench.contexts.iter().flat_map(|context| &context.steady.load_per_ball_n).copied().collect();
     if load.len() != force.len() {
@@ -111,7 +111,6 @@ fn power(
     if !(own > IMITATED * all) {
         return None;
     }
-    let mut leavings = leavings.to_vec();
     leavings.iter_mut().for_each(|column| remove(column, active));
     let leavings: Vec<&[f32]> = leavings.iter().map(Vec::as_slice).collect();
     let mut prior = Symmetric::gram(&leavings);
