@@ -226,12 +226,18 @@ fn take_for_unknown(finding: &mut Finding, why: &str) {
     };
 }
 
-/// All that has no name as one finding: the largest speaks for it.
+/// All that has no name as one finding: the largest first, and what is said of the others, which may stand in the augmented
+/// simulation, too.
 fn with_one_unknown(findings: Vec<(Finding, Option<Region>)>) -> Vec<(Finding, Option<Region>)> {
     let mut written: Vec<(Finding, Option<Region>)> = Vec::new();
     for (finding, region) in findings {
         match written.iter_mut().find(|(other, _)| other.kind == "unknown" && finding.kind == "unknown") {
-            Some((largest, _)) => largest.share_of_mismatch += finding.share_of_mismatch,
+            Some((largest, _)) => {
+                largest.share_of_mismatch += finding.share_of_mismatch;
+                if !largest.statement.contains(&finding.statement) {
+                    largest.statement = format!("{} {}", largest.statement, finding.statement);
+                }
+            }
             None => written.push((finding, region)),
         }
     }
@@ -317,6 +323,20 @@ mod tests {
         let mut only = Finding { id: id.name().to_owned(), kind: "physics", carried_over, ..finding::far_off(0.2) };
         doubt_absent(&mut only, unexplained);
         only
+    }
+
+    #[test]
+    fn what_has_no_name_is_one_finding_that_says_what_stands_in_for_it() {
+        let of = |share: f64, statement: &str| {
+            let finding = Finding { statement: statement.to_owned(), ..finding::far_off(share) };
+            (finding, None)
+        };
+        let one = with_one_unknown(vec![of(0.5, "It comes and goes."), of(0.2, "A ripple stands in for it.")]);
+        let [(one, _)] = one.as_slice() else { panic!("{} findings", one.len()) };
+        assert_eq!(one.statement, "It comes and goes. A ripple stands in for it.");
+        assert!((one.share_of_mismatch - 0.7).abs() < 1e-12);
+        let same = with_one_unknown(vec![of(0.5, "It comes and goes."), of(0.2, "It comes and goes.")]);
+        assert_eq!(same[0].0.statement, "It comes and goes.");
     }
 
     #[test]
