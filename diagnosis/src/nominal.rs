@@ -1,5 +1,6 @@
 //! The simulation's law as a function of what it only assumes to within a tolerance.
 
+use rayon::prelude::*;
 use simulation::Simulation;
 use simulation::file::Law;
 use simulation::law::{ERROR_OF_COLUMN, Factors, Missing};
@@ -273,28 +274,24 @@ impl Nominal {
         force: &[f64],
         direction: &[f64],
     ) -> Result<Vec<Vec<f64>>, Missing> {
-        let mut columns = Vec::with_capacity(values.len());
-        for (index, parameter) in self.parameters.iter().enumerate() {
+        let column = |(index, parameter): (usize, &Parameter)| -> Result<Vec<f64>, Missing> {
             if let Some(column) = self.free_column(parameter.which, direction, run, smooth) {
-                columns.push(column);
-                continue;
+                return Ok(column);
             }
             if let Which::WithLoad(what) = parameter.which {
-                columns.push(self.with_load(what, values, run, motion)?);
-                continue;
+                return self.with_load(what, values, run, motion);
             }
             let mut moved = values.to_vec();
             moved[index] += STEP;
             if parameter.which == Which::Mass && run.acceleration_m_s2.is_some() {
                 let force = self.force(values, run, smooth)?;
                 let other = self.force(&moved, run, smooth)?;
-                columns.push(other.iter().zip(&force).map(|(other, force)| (other - force) / STEP).collect());
-                continue;
+                return Ok(other.iter().zip(&force).map(|(other, force)| (other - force) / STEP).collect());
             }
             let other = self.force(&moved, run, motion)?;
-            columns.push(other.iter().zip(force).map(|(other, force)| (other - force) / STEP).collect());
-        }
-        Ok(columns)
+            Ok(other.iter().zip(force).map(|(other, force)| (other - force) / STEP).collect())
+        };
+        self.parameters.par_iter().enumerate().map(column).collect()
     }
 
     /// Force per unit of what a column does not tell of the preload; nothing where no preload was recorded.

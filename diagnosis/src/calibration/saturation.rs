@@ -4,6 +4,7 @@
 //! most of what the others leave: a force that is late or filtered is wrong there for a few rows, by far more than noise, and
 //! is no noise. The curves hang on the runs alone, so that their columns and inner products are made once.
 
+use rayon::prelude::*;
 use simulation::curve::{Axis, Curve};
 use simulation::mechanism::Context;
 use simulation::sensor::Noise;
@@ -40,16 +41,16 @@ impl Saturation {
     pub(crate) fn new(rows: &Rows, contexts: &[Context<'_>], compared: &[bool]) -> Self {
         let mut curves = story::all(contexts, compared);
         curves.extend(story::since_turn(contexts));
-        let mut columns = Vec::new();
-        for curve in &curves {
+        let of_curve = |curve: &Curve| -> Vec<Vec<f32>> {
             let mut of_runs = vec![Vec::new(); story::count(curve)];
             for context in contexts {
                 for (all, own) in of_runs.iter_mut().zip(story::columns(curve, context)) {
                     all.extend(own.into_iter().map(|x| if x.is_finite() { x } else { 0.0 }));
                 }
             }
-            columns.extend(of_runs.iter().map(|column| averaged(rows, column)));
-        }
+            of_runs.iter().map(|column| averaged(rows, column)).collect()
+        };
+        let columns: Vec<Vec<f32>> = curves.par_iter().flat_map_iter(of_curve).collect();
         let mut all = Symmetric::zeros(columns.len());
         fill(&mut all, &columns.iter().map(Vec::as_slice).collect::<Vec<_>>(), 0);
         let mut saturation = Saturation { curves, columns, products: all, kept: Vec::new() };
@@ -65,11 +66,15 @@ impl Saturation {
 
     /// The same, by what curves leave of noise of all memories.
     fn kept_of_noise(&self, rows: &Rows, contexts: &[Context<'_>]) -> Vec<f64> {
-        let (mut whole, mut left) = (Vec::new(), Vec::new());
-        for drawn in 0..DRAWN {
+        let of_drawing = |drawn: u64| {
             let noise: Vec<f64> = contexts.iter().enumerate().flat_map(|(run, c)| wandering(c, drawn, run)).collect();
-            add(&mut whole, &rows.slowness(&noise));
-            add(&mut left, &rows.slowness(&self.rest(rows, contexts, &noise, &[], &[])));
+            (rows.slowness(&noise), rows.slowness(&self.rest(rows, contexts, &noise, &[], &[])))
+        };
+        let drawings: Vec<(Vec<f64>, Vec<f64>)> = (0..DRAWN).into_par_iter().map(of_drawing).collect();
+        let (mut whole, mut left) = (Vec::new(), Vec::new());
+        for (of_noise, of_rest) in &drawings {
+            add(&mut whole, of_noise);
+            add(&mut left, of_rest);
         }
         left.iter().zip(&whole).map(|(left, whole)| if *whole > 0.0 { (left / whole).min(1.0) } else { 1.0 }).collect()
     }

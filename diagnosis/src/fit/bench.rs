@@ -4,6 +4,7 @@
 //! A column is made once, whitened once and kept. Cross products are made when a fit first needs them. The base holds
 //! the mismatch (column 0), the tangent of the law and the columns of whatever has been taken up.
 
+use rayon::prelude::*;
 use simulation::mechanism::{Context, Search};
 
 use crate::fit::bend;
@@ -31,7 +32,7 @@ const SEVERAL: f64 = 1.3;
 /// Difference of the square of a correlation from 1 below which two columns are one: single precision tells no more of them.
 const TWINS: f64 = 1e-5;
 
-/// Columns that are whitened in one go.
+/// Columns that are whitened in one go; sources that one thread makes the columns of.
 const AT_ONCE: usize = 8;
 
 /// Candidates that are multiplied in one go.
@@ -381,17 +382,22 @@ impl<'a> Bench<'a> {
         self.candidates([source]).pop()
     }
 
-    /// Whitens many; those that no run shows are left out.
+    /// Whitens many, on all processors; those that no run shows are left out.
     pub(crate) fn candidates(&self, sources: impl IntoIterator<Item = Source>) -> Vec<Candidate> {
+        let told: Vec<Source> = sources.into_iter().filter(|source| self.is_told(source)).collect();
+        told.par_chunks(AT_ONCE).flat_map_iter(|few| self.candidates_of(few)).collect()
+    }
+
+    fn candidates_of(&self, sources: &[Source]) -> Vec<Candidate> {
         let mut candidates = Vec::new();
         let mut waiting: Vec<(Source, Vec<Vec<f64>>)> = Vec::new();
-        for source in sources.into_iter().filter(|source| self.is_told(source)) {
+        for source in sources {
             if let Source::Shift { parameter } = source {
-                candidates.extend(self.of_white(source, vec![self.base[parameter + 1].clone()]));
+                candidates.extend(self.of_white(source.clone(), vec![self.base[parameter + 1].clone()]));
                 continue;
             }
-            let Some(raw) = self.raw(&source) else { continue };
-            waiting.push((source, raw));
+            let Some(raw) = self.raw(source) else { continue };
+            waiting.push((source.clone(), raw));
             if waiting.iter().map(|(_, raw)| raw.len()).sum::<usize>() >= AT_ONCE {
                 self.whiten(&mut waiting, &mut candidates);
             }

@@ -1,6 +1,7 @@
 //! Everything that may be taken up: the causes of the library over grids of their shapes, the law's parameters set free,
 //! and curves without a story.
 
+use rayon::prelude::*;
 use simulation::curve::Curve;
 use simulation::mechanism::{Definition, Form, Id, Kind, Search, ShapeParameter, library};
 
@@ -52,16 +53,13 @@ impl Pool {
         curves: impl Iterator<Item = &'c Curve>,
         ringing: Option<&[Vec<f64>]>,
     ) -> Self {
-        let mut causes = Vec::new();
-        let mut kinds = 0;
+        let mut sources = Vec::new();
         let ends = span(bench);
         let (mut waves, span_m) = (Vec::new(), (ends.1 - ends.0).max(0.0));
         // what the channel itself shows is no matter of a fit
         for definition in library().iter().filter(|definition| definition.id != Id::ForceSaturation) {
-            let before = causes.len();
             if definition.forms.first().is_some_and(is_wave) {
                 waves.push(definition);
-                kinds += 1;
                 continue;
             }
             let shapes = definition.forms.first().map(|form| grid(form, MOST_POINTS, ends)).unwrap_or_default();
@@ -77,11 +75,12 @@ impl Pool {
             });
             let shapeless = (1..definition.forms.len()).filter(|form| definition.forms[*form].shape.is_empty());
             let richer = shapeless.map(|form| Source::Mechanism { definition, form, shape: Vec::new() });
-            causes.extend(bench.candidates(minimal.chain(richer)));
-            kinds += usize::from(causes.len() > before);
+            sources.extend(minimal.chain(richer));
         }
+        let mut causes = bench.candidates(sources);
+        let shiftable = tolerances.nominal.parameters.iter().filter(|parameter| parameter.can_shift()).count();
+        let kinds = waves.len() + causes.chunk_by(|a, b| a.source.is_kin(&b.source)).count() + shiftable;
         causes.extend(shifts(bench, tolerances));
-        kinds += tolerances.nominal.parameters.iter().filter(|parameter| parameter.can_shift()).count();
         let stories = bench.candidates(curves.map(|curve| Source::Story { curve: curve.clone() }));
         let mut pool =
             Pool { causes, stories, kinds, waves, span_m, spectra: Vec::new(), whole: FROM_THE_START.to_vec() };
@@ -107,10 +106,7 @@ impl Pool {
         tolerances: &Tolerances<'_>,
     ) -> Vec<(usize, Gain)> {
         let left = Left::of(bench, fit);
-        let mut seen = Vec::new();
-        for definition in self.waves.clone() {
-            self.tune(bench, &left, definition, &mut seen);
-        }
+        self.tune(bench, &left, &self.waves.clone());
         let order = ranked(bench, &mut self.causes, fit, tolerances);
         let leading: Vec<Source> = order
             .iter()
@@ -186,7 +182,7 @@ impl Pool {
         };
         self.whole.push(definition.id);
         if definition.forms.iter().any(is_wave) && !self.waves.iter().any(|wave| wave.id == definition.id) {
-            self.tune(bench, left, definition, &mut Vec::new());
+            self.tune(bench, left, &[definition]);
         }
         self.add_richer(bench, definition, &shared);
     }
@@ -204,40 +200,55 @@ impl Pool {
         }
     }
 
-    /// Adds the wavelengths that what is left points to, in every form that is a wave. `seen`: those of other causes,
-    /// which a sensor may imitate; those of this one are added.
-    fn tune(&mut self, bench: &Bench<'_>, left: &Left, definition: &'static Definition, seen: &mut Vec<f64>) {
-        let waves: Vec<usize> = (0..definition.forms.len()).filter(|form| is_wave(&definition.forms[*form])).collect();
-        let mut own = Vec::new();
-        for form in &waves {
-            let known = |(id, of, _): &(Id, usize, Waves)| *id == definition.id && of == form;
-            if !self.spectra.iter().any(known) {
-                self.spectra.push((definition.id, *form, Waves::of(bench, left, definition, *form)));
-            }
-            own.extend(self.spectra.iter().filter(|of| known(of)).flat_map(|(.., waves)| left.peaks(bench, waves)));
-        }
-        seen.extend(&own);
-        let peaks = if definition.kind == Kind::Sensor { seen.clone() } else { own };
+    /// Adds the wavelengths that what is left points to, in every form of these causes that is a wave. A sensor may imitate
+    /// those of the causes before it.
+    fn tune(&mut self, bench: &Bench<'_>, left: &Left, definitions: &[&'static Definition]) {
+        let lengths = self.lengths(bench, left, definitions);
+        let mut seen = Vec::new();
         let mut sources: Vec<Source> = Vec::new();
-        for form in waves {
-            for peak in &peaks {
-                // what repeats after a wave may be the second order of one twice as long
-                let lengths = if form > 0 { vec![*peak, 2.0 * peak] } else { vec![*peak] };
-                for length in lengths.into_iter().filter(|length| is_within(&definition.forms[form].shape[0], *length))
-                {
-                    let close = |source: &Source| match source {
-                        Source::Mechanism { definition: d, form: f, shape } if d.id == definition.id && *f == form => {
-                            (1.0 / shape[0] - 1.0 / length).abs() * self.span_m < 0.1
+        for definition in definitions {
+            let own = lengths.iter().filter(|(id, _)| *id == definition.id).flat_map(|(_, peaks)| peaks);
+            let own: Vec<f64> = own.copied().collect();
+            seen.extend(&own);
+            let peaks = if definition.kind == Kind::Sensor { seen.clone() } else { own };
+            for form in wave_forms(definition) {
+                for peak in &peaks {
+                    // what repeats after a wave may be the second order of one twice as long
+                    let lengths = if form > 0 { vec![*peak, 2.0 * peak] } else { vec![*peak] };
+                    let is_possible = |length: &f64| is_within(&definition.forms[form].shape[0], *length);
+                    for length in lengths.into_iter().filter(is_possible) {
+                        let is_close = |source: &Source| match source {
+                            Source::Mechanism { definition: d, form: f, shape }
+                                if d.id == definition.id && *f == form =>
+                            {
+                                (1.0 / shape[0] - 1.0 / length).abs() * self.span_m < 0.1
+                            }
+                            _ => false,
+                        };
+                        if !self.causes.iter().map(|candidate| &candidate.source).chain(&sources).any(is_close) {
+                            sources.push(Source::Mechanism { definition, form, shape: vec![length] });
                         }
-                        _ => false,
-                    };
-                    if !self.causes.iter().map(|candidate| &candidate.source).chain(&sources).any(close) {
-                        sources.push(Source::Mechanism { definition, form, shape: vec![length] });
                     }
                 }
             }
         }
         self.causes.extend(bench.candidates(sources));
+    }
+
+    /// Wavelengths that what is left points to, form by form of these causes.
+    fn lengths(&mut self, bench: &Bench<'_>, left: &Left, definitions: &[&'static Definition]) -> Vec<(Id, Vec<f64>)> {
+        let forms =
+            definitions.iter().flat_map(|definition| wave_forms(definition).map(move |form| (*definition, form)));
+        let is_new = |(definition, form): &(&Definition, usize)| {
+            !self.spectra.iter().any(|(id, of, _)| *id == definition.id && of == form)
+        };
+        let new: Vec<_> = forms.filter(is_new).collect();
+        self.spectra.par_extend(
+            new.into_par_iter()
+                .map(|(definition, form)| (definition.id, form, Waves::of(bench, left, definition, form))),
+        );
+        let asked = |(id, ..): &&(Id, usize, Waves)| definitions.iter().any(|definition| definition.id == *id);
+        self.spectra.par_iter().filter(asked).map(|(id, _, waves)| (*id, left.peaks(bench, waves))).collect()
     }
 
     /// Numbers that were tried for a cause.
@@ -249,6 +260,11 @@ impl Pool {
             _ => self.causes.iter().filter(|other| other.source.is_kin(source)).count(),
         }
     }
+}
+
+/// Forms of a cause that are waves.
+fn wave_forms(definition: &Definition) -> impl Iterator<Item = usize> {
+    (0..definition.forms.len()).filter(|form| is_wave(&definition.forms[*form]))
 }
 
 /// The law's own parameters as causes.
@@ -307,8 +323,8 @@ pub(crate) fn ranked(
 ) -> Vec<(usize, Gain)> {
     let mut best: Vec<(usize, Gain)> = Vec::new();
     bench.prepare_all(pool, &fit.active);
-    for index in 0..pool.len() {
-        let gain = bench.gain(&pool[index], fit);
+    let gains: Vec<Gain> = pool.par_iter().map(|candidate| bench.gain(candidate, fit)).collect();
+    for (index, gain) in gains.into_iter().enumerate() {
         if !(gain.nats > 0.0) || !is_beyond_tolerance(&pool[index].source, &gain, tolerances) {
             continue;
         }

@@ -1,5 +1,6 @@
 //! The shape of a cause, made finer than the grid on which it was first looked at.
 
+use rayon::prelude::*;
 use simulation::mechanism::{Search, ShapeParameter};
 
 use crate::fit::bench::{Bench, Candidate, Gain};
@@ -44,6 +45,16 @@ pub(crate) fn refine(bench: &Bench<'_>, candidate: &Candidate, fit: &Fit) -> (Ca
         }
     }
     (best, gain)
+}
+
+/// Several, on all processors, in the same order.
+pub(crate) fn refine_all<'c>(
+    bench: &Bench<'_>,
+    candidates: impl IntoIterator<Item = &'c Candidate>,
+    fit: &Fit,
+) -> Vec<(Candidate, Gain)> {
+    let candidates: Vec<&Candidate> = candidates.into_iter().collect();
+    candidates.into_par_iter().map(|candidate| refine(bench, candidate, fit)).collect()
 }
 
 fn is_searched(parameter: &ShapeParameter) -> bool {

@@ -7,6 +7,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use rayon::prelude::*;
 use simulation::run::{Break, Run};
 
 use crate::noise::{Course, MAX_ORDER, Whitening, slowness};
@@ -456,17 +457,13 @@ pub(crate) struct Gram {
 impl Gram {
     pub(crate) fn of(columns: &[&[f32]], blocks: &[Range<usize>]) -> Self {
         let size = columns.len();
+        let of_block = |rows: &Range<usize>| {
+            Symmetric::gram(&columns.iter().map(|column| &column[rows.clone()]).collect::<Vec<_>>())
+        };
+        let of_blocks: Vec<Symmetric> = blocks.par_iter().map(of_block).collect();
         let mut total = Symmetric::zeros(size);
-        let blocks_out: Vec<Symmetric> = blocks
-            .iter()
-            .map(|rows| {
-                let pieces: Vec<&[f32]> = columns.iter().map(|column| &column[rows.clone()]).collect();
-                let block = Symmetric::gram(&pieces);
-                total.accumulate(&block, 1.0);
-                block
-            })
-            .collect();
-        Gram { blocks: blocks_out, total, rows: blocks.iter().map(|rows| rows.len()).collect() }
+        of_blocks.iter().for_each(|block| total.accumulate(block, 1.0));
+        Gram { blocks: of_blocks, total, rows: blocks.iter().map(|rows| rows.len()).collect() }
     }
 }
 

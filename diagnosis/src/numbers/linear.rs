@@ -1,5 +1,7 @@
 //! Least squares on a few dozen columns: the normal equations, scaled to unit diagonal and solved by Cholesky.
 
+use rayon::prelude::*;
+
 /// A symmetric matrix, row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Symmetric {
@@ -156,13 +158,23 @@ const PIECE: usize = 512;
 /// Columns that stay there while others go by.
 const FEW: usize = 12;
 
-/// Inner products of every column with every other, column by column, with the widest registers that the processor has:
-/// sixteen partial sums in a fixed order, so that every processor comes to the same bits, in whatever company a column
+/// Multiplications that are worth a second processor.
+const WORTH_A_THREAD: usize = 1 << 20;
+
+/// Inner products of every column with every other, column by column, on all processors with the widest registers that they
+/// have: sixteen partial sums in a fixed order, so that every processor comes to the same bits, in whatever company a column
 /// is multiplied.
 pub(crate) fn products(columns: &[&[f32]], others: &[&[f32]]) -> Vec<f64> {
     let mut sums = vec![0.0; columns.len() * others.len()];
-    pulp::Arch::new().dispatch(Products { columns, others, sums: &mut sums });
+    let share = if columns.len() * others.len() * rows(columns, others) < WORTH_A_THREAD { columns.len() } else { FEW };
+    sums.par_chunks_mut((share * others.len()).max(1))
+        .zip(columns.par_chunks(share.max(1)))
+        .for_each(|(sums, columns)| pulp::Arch::new().dispatch(Products { columns, others, sums }));
     sums
+}
+
+fn rows(columns: &[&[f32]], others: &[&[f32]]) -> usize {
+    columns.iter().chain(others).map(|column| column.len()).min().unwrap_or(0)
 }
 
 struct Products<'a> {
@@ -178,7 +190,7 @@ impl pulp::NullaryFnOnce for Products<'_> {
     #[inline(always)]
     fn call(self) {
         let Products { columns, others, sums } = self;
-        let rows = columns.iter().chain(others).map(|column| column.len()).min().unwrap_or(0);
+        let rows = rows(columns, others);
         for start in (0..rows).step_by(PIECE) {
             let piece = start..rows.min(start + PIECE);
             // a few of the others stay at hand while every column goes by

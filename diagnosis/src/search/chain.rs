@@ -14,7 +14,7 @@ use simulation::mechanism::{Id, definition};
 
 use crate::fit::bench::{Bench, Beside, Member};
 use crate::fit::pool::grid;
-use crate::fit::refine::refine;
+use crate::fit::refine::refine_all;
 use crate::fit::source::{Source, is_balanced};
 use crate::fit::spectrum::span;
 use crate::search::holds::FURTHER;
@@ -79,11 +79,8 @@ fn balance(bench: &mut Bench<'_>, members: &mut Vec<Member>, at: usize) -> bool 
     let Some(offset) = bench.candidate(minimal(Id::ForceOffset)) else { return false };
     instead.push(bench.take(offset));
     let beside = bench.fit_members(&instead);
-    let best = bench
-        .candidates(balanced.flat_map(shapes).map(source))
-        .into_iter()
-        .map(|candidate| refine(bench, &candidate, &beside))
-        .max_by(|a, b| a.1.score.total_cmp(&b.1.score));
+    let chains = bench.candidates(balanced.flat_map(shapes).map(source));
+    let best = refine_all(bench, &chains, &beside).into_iter().max_by(|a, b| a.1.score.total_cmp(&b.1.score));
     let Some((chain, _)) = best else { return false };
     let offset_at = instead.len() - 1;
     instead.push(bench.take(chain));

@@ -13,6 +13,7 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 
@@ -136,7 +137,7 @@ impl Clocks {
             times(bench).map(|t| if t.is_finite() { (omega * (t - start_s)).sin() } else { 0.0 }).collect()
         };
         let bare: Vec<Vec<f64>> = (0..SIZES).map(wave).collect();
-        clocks.waves = CARRIERS.iter().map(|carrier| Waves::of(bench, *carrier, &bare)).collect();
+        clocks.waves = CARRIERS.par_iter().map(|carrier| Waves::of(bench, *carrier, &bare)).collect();
         Some(clocks)
     }
 
@@ -163,12 +164,15 @@ impl Clocks {
                 let shows = |j: &usize| 0.5 * IMITATED * first.near(*j) > least;
                 let highest = peaks(&heard.together, PEAKS, FLANK, LEAST_GAIN);
                 let near = |j: usize| self.near(bench, fit, waves.carrier, (self.first + j, heard));
-                found.extend(highest.into_iter().filter(shows).filter_map(near));
+                let shown: Vec<usize> = highest.into_iter().filter(shows).collect();
+                found.par_extend(shown.into_par_iter().filter_map(near));
             }
             found.sort_by(|a, b| b.nats.total_cmp(&a.nats));
-            for clock in found.iter_mut().take(REFINED).filter(|clock| clock.nats > WORTH_REFINING) {
-                clock.refine(bench, fit, self.span_s);
-            }
+            found
+                .par_iter_mut()
+                .take(REFINED)
+                .filter(|clock| clock.nats > WORTH_REFINING)
+                .for_each(|clock| clock.refine(bench, fit, self.span_s));
             candidates.extend(found.into_iter().map(|clock| clock.candidate));
             beyond_first.get_or_insert(heard);
         }
@@ -191,7 +195,7 @@ impl Clocks {
             let all_orders = |j: usize| (1..=ORDERS).map(|order| of_order(&gains, j, order)).sum();
             Heard { together: (self.first..self.last).map(all_orders).collect(), gains }
         };
-        self.waves.iter().map(of).collect()
+        self.waves.par_iter().map(of).collect()
     }
 
     /// The clock of a period, in steps of the frequency, or of the order of it that is its strongest: what repeats after a

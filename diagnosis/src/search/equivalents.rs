@@ -5,7 +5,7 @@ use simulation::mechanism::{Id, library};
 use crate::fit::bench::{Bench, Beside, Candidate, Gain, Member};
 use crate::fit::least_squares::Fit;
 use crate::fit::pool::{Pool, Tolerances};
-use crate::fit::refine::refine;
+use crate::fit::refine::{refine, refine_all};
 use crate::fit::source::Source;
 use crate::numbers::linear::{Cholesky, Symmetric, dot, products};
 use crate::search::load_law;
@@ -85,8 +85,9 @@ pub(crate) fn of(
             .take(10)
             .map(|(index, _)| index)
             .collect();
-        for index in rivals {
-            let mut rival = race.rival(refine(bench, &pool.causes[index], fit));
+        let refined = refine_all(bench, rivals.iter().map(|index| &pool.causes[*index]), fit);
+        for (index, refined) in rivals.into_iter().zip(refined) {
+            let mut rival = race.rival(refined);
             if rival.beyond() >= 0.0 {
                 // a form that is best where the grid has a point need not be best where it has none
                 for other in pool.other_forms(bench, &pool.causes[index].source, fit) {

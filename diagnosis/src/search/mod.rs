@@ -38,7 +38,7 @@ use simulation::mechanism::Id;
 use crate::fit::bench::{Bench, Beside, Candidate, Gain, Member, without};
 use crate::fit::least_squares::Fit;
 use crate::fit::pool::{Pool, Tolerances, ranked};
-use crate::fit::refine::refine;
+use crate::fit::refine::{refine, refine_all};
 use crate::fit::source::Source;
 use crate::fit::spectrum::wavelength_m;
 use crate::search::holds::{FURTHER, Floor, holds, is_small, locks_beside_leavings};
@@ -247,7 +247,7 @@ fn short_list(
         })
     });
     let leading = order.first().map_or(0.0, |(_, gain)| gain.score);
-    let mut list: Vec<(Candidate, Gain)> = order
+    let short = order
         .into_iter()
         .filter(|(_, gain)| gain.score > 0.5 * leading)
         .scan(0, |physics, (index, gain)| {
@@ -258,8 +258,8 @@ fn short_list(
         .filter(|(physics, index, _)| {
             *physics <= SHORT_LIST || matches!(pool.causes[*index].source, Source::Shift { .. })
         })
-        .map(|(_, index, _)| refine(bench, &pool.causes[index], fit))
-        .collect();
+        .map(|(_, index, _)| &pool.causes[index]);
+    let mut list = refine_all(bench, short, fit);
     list.sort_by(|a, b| b.1.score.total_cmp(&a.1.score));
     // where some tie, the simplest one leads
     let best = list.first().map_or(0.0, |(_, gain)| gain.score);
@@ -342,8 +342,8 @@ fn simplify(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>,
             let worthless = FURTHER * all * (own.freedom().saturating_sub(freedom) / MUCH_FOR_SHARE).max(1) as f64;
             own_nats - worthless.min(MOST_LOST * own_nats)
         };
-        let simpler: Vec<(Candidate, Gain)> = pool
-            .ranked_causes(bench, &fit, tolerances)
+        let ranked = pool.ranked_causes(bench, &fit, tolerances);
+        let simpler = ranked
             .into_iter()
             .filter(|(index, gain)| {
                 let candidate = &pool.causes[*index];
@@ -352,11 +352,11 @@ fn simplify(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>,
                     && !others.iter().any(|other| other.candidate.source.is_kin(&candidate.source))
             })
             .take(2 * SHORT_LIST)
-            .map(|(index, _)| refine(bench, &pool.causes[index], &fit))
+            .map(|(index, _)| &pool.causes[index]);
+        let best = refine_all(bench, simpler, &fit)
+            .into_iter()
             .filter(|(candidate, gain)| gain.nats > least(candidate.freedom()))
-            .collect();
-        let best =
-            simpler.into_iter().min_by(|a, b| a.0.freedom().cmp(&b.0.freedom()).then(b.1.nats.total_cmp(&a.1.nats)));
+            .min_by(|a, b| a.0.freedom().cmp(&b.0.freedom()).then(b.1.nats.total_cmp(&a.1.nats)));
         if let Some((candidate, _)) = best {
             members[at] = bench.take(candidate);
             has_replaced = true;

@@ -7,6 +7,7 @@
 
 use model_core::exact::Exact;
 use model_core::friction::Friction;
+use rayon::prelude::*;
 
 use super::table::Table;
 use super::{Factors, Missing, Steady};
@@ -23,6 +24,9 @@ pub(super) enum Source<'a> {
 
 /// Rows from which on a table pays.
 const ROWS_FOR_A_TABLE: usize = 2000;
+
+/// Fewest rows that are worth a thread.
+const ROWS_OF_A_THREAD: usize = 4096;
 
 /// The part of the largest preload below which rows are computed one by one: roots have no polynomial at 0.
 const TABLE_RATIO: f64 = 1e-2;
@@ -71,7 +75,12 @@ pub(super) fn rows(
     let hersey: Vec<f64> =
         velocity.iter().zip(&viscosity_cst).zip(&film).map(|((v, nu), film)| scale * nu * v.abs() * film).collect();
     let balls = exact.guide().loaded_balls();
-    let drag_n = load_per_ball_n.iter().zip(&hersey).map(|(q, h)| balls * q * friction.coefficient(*h)).collect();
+    let drag_n = load_per_ball_n
+        .par_iter()
+        .zip(&hersey)
+        .with_min_len(ROWS_OF_A_THREAD)
+        .map(|(q, h)| balls * q * friction.coefficient(*h))
+        .collect();
     Ok(Steady { drag_n, preload_n, load_per_ball_n, viscosity_cst, hersey, ..Steady::default() })
 }
 
@@ -86,12 +95,12 @@ fn film(exact: &Exact, q: f64) -> f64 {
 }
 
 /// A function of a column, by table from `least` on.
-fn over(column: &[f64], least: f64, f: impl Fn(f64) -> f64) -> Vec<f64> {
+fn over(column: &[f64], least: f64, f: impl Fn(f64) -> f64 + Sync) -> Vec<f64> {
     within(column, (least, f64::INFINITY), f)
 }
 
 /// A function of a column, by table inside a range and row by row outside it.
-fn within(column: &[f64], (least, most): (f64, f64), f: impl Fn(f64) -> f64) -> Vec<f64> {
+fn within(column: &[f64], (least, most): (f64, f64), f: impl Fn(f64) -> f64 + Sync) -> Vec<f64> {
     let table = (column.len() >= ROWS_FOR_A_TABLE)
         .then(|| {
             let inside = column.iter().filter(|x| **x >= least && **x <= most);
@@ -100,7 +109,10 @@ fn within(column: &[f64], (least, most): (f64, f64), f: impl Fn(f64) -> f64) -> 
         })
         .flatten();
     match table {
-        Some(table) => column.iter().map(|x| if table.covers(*x) { table.at(*x) } else { f(*x) }).collect(),
+        Some(table) => {
+            let at = |x: &f64| if table.covers(*x) { table.at(*x) } else { f(*x) };
+            column.par_iter().with_min_len(ROWS_OF_A_THREAD).map(at).collect()
+        }
         None => {
             // few rows, one value, or nothing smooth: equal neighbours are still computed once
             let mut last = (f64::NAN, f64::NAN);
