@@ -43,6 +43,18 @@ pub(crate) enum Doubt {
     BesideNameless,
     /// The only name, and what has none beside it explains more: it may be a part of that.
     LessThanNameless,
+    /// As many causes with numbers of their own do as well: what all follow tells of none.
+    OneOfMany(usize),
+}
+
+/// Causes with numbers of their own that do as well as one another, from which on none of them is a name. Read off opened
+/// trials (20 to 23): sets with the right name have four at most, the two that have more are of what the library lacks.
+const MANY: usize = 5;
+
+/// Doubt about a cause that this recording cannot tell from the others of a set.
+pub(crate) fn doubt_of_many<'s>(set: impl Iterator<Item = &'s Source> + Clone) -> Option<Doubt> {
+    let with_numbers = set.clone().filter(|source| source.shapes() > 0).count();
+    (with_numbers >= MANY).then(|| Doubt::OneOfMany(set.count()))
 }
 
 /// Unevenness from which a name is doubted. Read off an opened trial (docs/trials/1): most right names stay
@@ -331,6 +343,15 @@ mod tests {
             [(Id::DriveRipple, "minimal"), (Id::TimeMisalignment, "minimal"), (Id::ForceQuantisation, "minimal")];
         assert!(!others.iter().any(|(id, form)| may_be_a_part(&at(*id, form, 0.5))));
         assert!(!may_be_a_part(&Source::Shift { parameter: 0 }));
+    }
+
+    #[test]
+    fn what_five_causes_with_numbers_of_their_own_follow_is_none_of_them() {
+        let shapeless = [Id::SealDrag, Id::ForceOffset, Id::GravityTilt, Id::LoadCrosstalk];
+        let shaped = [Id::RunIn, Id::Starvation, Id::SelfHeating, Id::Stribeck, Id::ViscousDrag];
+        let all: Vec<Source> = shapeless.iter().chain(&shaped).map(|id| at(*id, "minimal", 0.5)).collect();
+        assert_eq!(doubt_of_many(all[..8].iter()), None);
+        assert_eq!(doubt_of_many(all.iter()), Some(Doubt::OneOfMany(9)));
     }
 
     #[test]

@@ -10,7 +10,7 @@ use crate::fit::source::Source;
 use crate::noise::locks::least_of;
 use crate::numbers::statistics::rms;
 use crate::report::Considered;
-use crate::search::adequacy::Doubt;
+use crate::search::adequacy::{self, Doubt};
 use crate::search::case::Case;
 use crate::search::considered;
 use crate::search::equivalents::{self, Set};
@@ -105,7 +105,7 @@ impl<'s> Causes<'s> {
         let is_coarse = self.coarse_step_n.is_some();
         let mut sets = match self.sets {
             Some(sets) => sets,
-            None => tell_apart(&mut bench, pool, &tolerances, &mut members, &doubts, is_coarse),
+            None => tell_apart(&mut bench, pool, &tolerances, &mut members, &mut doubts, is_coarse),
         };
         let equivalents: Vec<String> =
             sets.iter().flat_map(|set| &set.candidates).map(|candidate| candidate.source.id().to_owned()).collect();
@@ -269,14 +269,14 @@ fn p_of_surest(bench: &Bench<'_>, pool: &Pool, members: &[Member]) -> f64 {
     (0..members.len()).map(of).fold(1.0, f64::min)
 }
 
-/// The rivals of every member; the simplest of a set leads. What may be the steps of a channel whose steps are seen is
+/// The rivals of every member; the simplest of a set leads, and none where they are too many. What may be the steps of a channel whose steps are seen is
 /// the steps.
 fn tell_apart(
     bench: &mut Bench<'_>,
     pool: &mut Pool,
     tolerances: &Tolerances<'_>,
     members: &mut [Member],
-    doubts: &[Option<Doubt>],
+    doubts: &mut [Option<Doubt>],
     is_coarse: bool,
 ) -> Vec<Set> {
     let mut sets = Vec::new();
@@ -288,6 +288,11 @@ fn tell_apart(
         let mut set = equivalents::of(bench, pool, tolerances, members, at);
         if is_coarse && set.candidates.iter().any(|candidate| candidate.source.is(Id::ForceQuantisation)) {
             set.candidates.retain(|candidate| candidate.source.is(Id::ForceQuantisation));
+        }
+        doubts[at] = adequacy::doubt_of_many(set.candidates.iter().map(|candidate| &candidate.source));
+        if doubts[at].is_some() {
+            sets.push(Set::alone(members[at].candidate.clone()));
+            continue;
         }
         if let Some(lead) = set.candidates.first()
             && !lead.source.is_kin(&members[at].candidate.source)

@@ -86,13 +86,14 @@ fn rolling(context: &Context<'_>, exponent: f64) -> Option<Columns> {
     shown(vec![context.against_motion(of)])
 }
 
-/// E9: the viscous term bends over, `x -> x_0 asinh(x/x_0)`.
+/// E9: the viscous term bends over, `x -> x_0 asinh(x/x_0)`. Far below `speed` only the onset shows, as the cube of the
+/// speed: the range goes on beyond the speeds of guides so that its end says nothing of the cause.
 pub(super) const TRACTION_SATURATION: Definition = Definition {
     id: Id::TractionSaturation,
     kind: Kind::Physics,
     forms: &[Form {
         name: "minimal",
-        shape: &[ratio("speed_m_s", "m/s", 1e-2, 1.0, 5)],
+        shape: &[ratio("speed_m_s", "m/s", 2e-3, 5.0, 8)],
         amplitudes: &[Amplitude { least: 0.3, ..at_most("part", "", Positive, 1.0, 3.0) }],
         columns: saturation,
         phase_bound: false,

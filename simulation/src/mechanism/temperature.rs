@@ -68,14 +68,15 @@ fn thinned(context: &Context<'_>, log_ratio: impl Fn(f64) -> f64) -> Option<Colu
     shown(vec![context.thinned_n(&logs)])
 }
 
-/// E4: `τ dθ/dt = P - θ` with the friction power P; the oil thins by θ.
+/// E4: `τ dθ/dt = P - θ` with the friction power P; the oil thins by θ. The block warms within minutes to an hour; the races,
+/// from where heat is 10 mm deep after some 8 s (steel, 1.2e-5 m²/s), sooner.
 pub(super) const SELF_HEATING: Definition = Definition {
     id: Id::SelfHeating,
     kind: Kind::Physics,
     forms: &[
         Form {
             name: "minimal",
-            shape: &[ratio("time_s", "s", 60.0, 3600.0, 6)],
+            shape: &[ratio("time_s", "s", 30.0, 3600.0, 7)],
             amplitudes: &[amplitude("log_viscosity_per_w", "1/W", Negative, -0.03)],
             columns: |context, shape| heated(context, &[*shape.first()?]),
             phase_bound: false,
@@ -83,7 +84,7 @@ pub(super) const SELF_HEATING: Definition = Definition {
         },
         Form {
             name: "two-node",
-            shape: &[ratio("fast_s", "s", 20.0, 300.0, 3), ratio("slow_s", "s", 400.0, 7200.0, 3)],
+            shape: &[ratio("fast_s", "s", 5.0, 300.0, 3), ratio("slow_s", "s", 100.0, 7200.0, 4)],
             amplitudes: &[
                 amplitude("fast_log_viscosity_per_w", "1/W", Negative, -0.02),
                 amplitude("slow_log_viscosity_per_w", "1/W", Negative, -0.02),
