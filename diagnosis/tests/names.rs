@@ -147,6 +147,19 @@ fn a_seal_beside_an_offset_is_no_cable_chain() {
 }
 
 #[test]
+fn a_report_is_the_same_from_one_processor_and_from_three() {
+    let course = strokes(&[0.01, 0.03, 0.1, 0.3], 0.3, 0.2, 3000.0);
+    let ripple = added(Id::DriveRipple, 0, &[0.04], &[0.3, 0.4]);
+    let run = recorded(course, &[added(Id::SealDrag, 0, &[], &[1.0]), ripple], nothing, 9);
+    let [one, three] = [1, 3].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| diagnosis(std::slice::from_ref(&run)))
+    });
+    assert!(!one.mechanisms.is_empty());
+    assert_eq!(one, three);
+}
+
+#[test]
 fn a_small_cause_is_heard_beside_play_whose_edge_no_encoder_tells() {
     let runs = [1500.0, 3000.0, 6000.0].map(|preload_n| {
         let play = added(Id::CouplingBacklash, 1, &[3e-5, 3e-6], &[1.0]);

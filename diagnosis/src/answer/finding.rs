@@ -155,6 +155,7 @@ fn stands_in(source: &Source, doubt: Doubt, share: f64) -> Finding {
         Doubt::HardlyAlongTheStroke => "it acts after a turn more than along the stroke".to_owned(),
         Doubt::BesideNameless => "something beside it that changes as slowly has no name".to_owned(),
         Doubt::LessThanNameless => "something beside it that has no name explains more".to_owned(),
+        Doubt::BeyondAnyMachine(name) => format!("its {name} would have to be more than any machine has"),
         Doubt::OneOfMany(causes) => format!("{causes} causes of the library follow it alike"),
         Doubt::AtTheEnd(number) => format!("its {number} lies at the end of what it can be"),
     };
