@@ -28,6 +28,15 @@ impl Source {
         }
     }
 
+    /// Whether two are one cause in the same form and with the same shape.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        let shape_of = |source: &Self| match source {
+            Source::Mechanism { form, shape, .. } => Some((*form, shape.clone())),
+            _ => None,
+        };
+        self.is_kin(other) && shape_of(self) == shape_of(other)
+    }
+
     /// Whether it is a form of this mechanism.
     pub(crate) fn is(&self, id: Id) -> bool {
         matches!(self, Source::Mechanism { definition, .. } if definition.id == id)

@@ -17,7 +17,7 @@
 use simulation::curve::Axis;
 use simulation::mechanism::{Id, Kind};
 
-use crate::fit::bench::{Bench, Member};
+use crate::fit::bench::{Bench, Candidate, Gain, Member};
 use crate::fit::least_squares::Fit;
 use crate::fit::pool::{Pool, Tolerances, ranked};
 use crate::fit::source::Source;
@@ -25,6 +25,7 @@ use crate::fit::spectrum::is_wave;
 use crate::noise::rows::Gram;
 use crate::numbers::linear::{products, remove};
 use crate::numbers::statistics::scatter;
+use crate::search::equivalents::{NEAR, TIE};
 use crate::search::holds::size_n;
 use crate::search::load_law;
 
@@ -82,6 +83,9 @@ const SILENT: f64 = 1e-3;
 
 /// Share of its way at which a number is at its end.
 const END: f64 = 0.01;
+
+/// The same of a number that is farther in.
+const INSIDE: f64 = 0.1;
 
 /// Share of what all causes explain that a curve without a name may explain beside a cause that goes with the travel or a
 /// temperature, and what it must explain at least, nats: what wears off, is used up or warms leaves no curve anything. Read off
@@ -304,9 +308,32 @@ pub(crate) fn numbers_at_their_end(source: &Source) -> Vec<&'static str> {
     let Source::Mechanism { definition, form, shape } = source else { return Vec::new() };
     let parameters = definition.forms[*form].shape.iter().zip(shape);
     parameters
-        .filter(|(parameter, value)| !(END..=1.0 - END).contains(&parameter.share_of(**value)))
+        .filter(|(parameter, value)| !is_inside(parameter.share_of(**value)))
         .map(|(parameter, _)| parameter.name)
         .collect()
+}
+
+/// Whether a number of a cause lies at an end of what it can be, one that tells against it or from which it explains less a
+/// little farther in, by more than two that cannot be told apart differ by. `fit`: of law and others, `gain`: of the cause beside them.
+pub(crate) fn is_held_at_an_end(bench: &Bench<'_>, fit: &Fit, own: &Candidate, gain: &Gain) -> bool {
+    let Source::Mechanism { definition, form, shape } = &own.source else { return false };
+    definition.forms[*form].shape.iter().enumerate().any(|(k, parameter)| {
+        let share = parameter.share_of(shape[k]);
+        if is_inside(share) || is_telling(&own.source, parameter.name) {
+            return !is_inside(share);
+        }
+        let mut shape = shape.clone();
+        shape[k] = parameter.at(share.clamp(INSIDE, 1.0 - INSIDE));
+        let inside = bench.candidate(Source::Mechanism { definition, form: *form, shape });
+        inside.is_none_or(|mut inside| {
+            bench.prepare(&mut inside, &fit.active);
+            gain.nats - bench.gain(&inside, fit).nats > TIE.max(NEAR * gain.nats)
+        })
+    })
+}
+
+fn is_inside(share: f64) -> bool {
+    (END..=1.0 - END).contains(&share)
 }
 
 /// Whether a number that the minimal form has not lies at an end of what it can be.

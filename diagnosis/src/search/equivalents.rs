@@ -27,7 +27,7 @@ const NEAR_OF_ASYMMETRY: f64 = 0.02;
 
 /// Share of the evidence that a longer form adds to its own cause and that tells nothing apart: half of what a form may
 /// leave at all.
-const LONGER_FORM: f64 = 0.01;
+pub(crate) const LONGER_FORM: f64 = 0.01;
 
 /// Share of a force that makes no difference between two.
 const SAME: f64 = 1e-4;

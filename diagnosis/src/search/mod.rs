@@ -9,6 +9,7 @@
 //! passes       the search, and again around where it has led; case: what it is about
 //! (here)       one search; leavings: what the forms of its causes may leave
 //! chain        what of a cable chain's force is another's
+//! together     exchanges of a cause with the others' shapes free
 //! opening      do both locks open? holds: may a cause be named beside the others?
 //! adequacy     is what explains much what acts? load_law: does it feel the load as it must?
 //! open_set     what has no name here; clock: what repeats in time
@@ -32,6 +33,7 @@ pub(crate) mod open_set;
 pub(crate) mod opening;
 pub(crate) mod passes;
 pub(crate) mod refit;
+mod together;
 
 use simulation::mechanism::Id;
 
@@ -89,8 +91,9 @@ pub(crate) fn search(
     for _ in 0..2 {
         take_up(bench, pool, tolerances, &mut members, floor);
         polish(bench, &mut members);
+        let is_other = together::exchange(bench, pool, tolerances, &mut members);
         let is_simpler = simplify(bench, pool, tolerances, &mut members);
-        if !(chain::set_apart(bench, &mut members) || is_simpler) {
+        if !(chain::set_apart(bench, &mut members) || is_simpler || is_other) {
             break;
         }
     }
@@ -239,13 +242,7 @@ fn short_list(
     members: &[Member],
 ) -> Vec<(Candidate, Gain)> {
     let mut order = pool.ranked_causes(bench, fit, tolerances);
-    // what a member leaves of its own kind does not take part
-    order.retain(|(index, _)| {
-        !members.iter().any(|m| {
-            is_twin(&m.candidate.source, &pool.causes[*index].source, tolerances)
-                || is_order(&m.candidate.source, &pool.causes[*index].source, pool.span_m)
-        })
-    });
+    order.retain(|(index, _)| !is_of_one(members, &pool.causes[*index].source, tolerances, pool.span_m));
     let leading = order.first().map_or(0.0, |(_, gain)| gain.score);
     let short = order
         .into_iter()
@@ -268,6 +265,14 @@ fn short_list(
         list[..=at].rotate_right(1);
     }
     list
+}
+
+/// Whether a cause is one of the members, or what one of them leaves of its own kind.
+fn is_of_one(members: &[Member], source: &Source, tolerances: &Tolerances<'_>, span_m: f64) -> bool {
+    members
+        .iter()
+        .map(|member| &member.candidate.source)
+        .any(|member| is_twin(member, source, tolerances) || is_order(member, source, span_m))
 }
 
 /// Whether two causes are one: of a kind, or the mass that the law has and one that it has not.

@@ -216,15 +216,17 @@ fn drop_small(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>) {
             if bench.is_spoken_for(&members[at].candidate.source) {
                 return 0.0;
             }
-            let Beside { others, own, gain, .. } = bench.beside(members, at);
-            least_share(&members[at].candidate.source, gain.nats / evidence, || {
+            let Beside { others, fit, own, gain } = bench.beside(members, at);
+            let is_at_an_end = || adequacy::is_held_at_an_end(bench, &fit, &own, &gain);
+            least_share(gain.nats / evidence, is_at_an_end, || {
                 is_small(bench, &own, &gain, &others) && !shows(&own, &gain, &others)
             })
         };
         let pulls_against = |at: &usize| {
-            let is_at_its_end = !adequacy::numbers_at_their_end(&members[*at].candidate.source).is_empty();
-            let Beside { others, own, gain, .. } = bench.beside(members, *at);
-            !is_at_its_end && share_against(&together(*at)) > LEAST_SHARE_AGAINST && shows(&own, &gain, &others)
+            let Beside { others, fit, own, gain } = bench.beside(members, *at);
+            !adequacy::is_held_at_an_end(bench, &fit, &own, &gain)
+                && share_against(&together(*at)) > LEAST_SHARE_AGAINST
+                && shows(&own, &gain, &others)
         };
         let smallest = (0..members.len())
             .filter(|at| shares[*at] > LEAST_SHARE || !pulls_against(at))
@@ -251,11 +253,11 @@ fn share_against(forces: &[&[f64]]) -> f64 {
 }
 
 /// Share of what all explain below which a cause is dropped that has this share of all evidence.
-fn least_share(source: &Source, of_evidence: f64, is_small: impl FnOnce() -> bool) -> f64 {
+fn least_share(of_evidence: f64, is_at_an_end: impl FnOnce() -> bool, is_small: impl FnOnce() -> bool) -> f64 {
     if of_evidence > MUCH_EVIDENCE {
         return 0.0;
     }
-    if !adequacy::numbers_at_their_end(source).is_empty() {
+    if is_at_an_end() {
         return LEAST_SHARE_AT_ITS_END;
     }
     if is_small() { LEAST_SHARE_OF_SMALL } else { LEAST_SHARE }
@@ -302,8 +304,6 @@ fn doubted(
 
 #[cfg(test)]
 mod tests {
-    use simulation::mechanism::{Id, definition};
-
     use super::*;
 
     #[test]
@@ -319,15 +319,10 @@ mod tests {
 
     #[test]
     fn a_number_at_its_end_asks_for_a_larger_share() {
-        let source = |at: f64| {
-            let definition = definition(Id::ViscosityTemperature);
-            let shape = definition.forms[0].shape.iter().map(|parameter| parameter.at(at)).collect();
-            Source::Mechanism { definition, form: 0, shape }
-        };
-        let shares = |is_small: bool| [0.0, 0.5, 1.0].map(|at| least_share(&source(at), 0.1, || is_small));
-        assert_eq!(shares(false), [LEAST_SHARE_AT_ITS_END, LEAST_SHARE, LEAST_SHARE_AT_ITS_END]);
-        assert_eq!(shares(true), [LEAST_SHARE_AT_ITS_END, LEAST_SHARE_OF_SMALL, LEAST_SHARE_AT_ITS_END]);
+        let shares = |is_small: bool| [true, false].map(|is_at_an_end| least_share(0.1, || is_at_an_end, || is_small));
+        assert_eq!(shares(false), [LEAST_SHARE_AT_ITS_END, LEAST_SHARE]);
+        assert_eq!(shares(true), [LEAST_SHARE_AT_ITS_END, LEAST_SHARE_OF_SMALL]);
         // most of the evidence in few rows
-        assert_eq!([0.4, 0.6].map(|part| least_share(&source(0.5), part, || true)), [LEAST_SHARE_OF_SMALL, 0.0]);
+        assert_eq!([0.4, 0.6].map(|part| least_share(part, || false, || true)), [LEAST_SHARE_OF_SMALL, 0.0]);
     }
 }

@@ -76,7 +76,7 @@ pub(super) const SELF_HEATING: Definition = Definition {
     forms: &[
         Form {
             name: "minimal",
-            shape: &[ratio("time_s", "s", 30.0, 3600.0, 7)],
+            shape: &[ratio("time_s", "s", 10.0, 3600.0, 8)],
             amplitudes: &[amplitude("log_viscosity_per_w", "1/W", Negative, -0.03)],
             columns: |context, shape| heated(context, &[*shape.first()?]),
             phase_bound: false,
@@ -84,7 +84,7 @@ pub(super) const SELF_HEATING: Definition = Definition {
         },
         Form {
             name: "two-node",
-            shape: &[ratio("fast_s", "s", 5.0, 300.0, 3), ratio("slow_s", "s", 100.0, 7200.0, 4)],
+            shape: &[ratio("fast_s", "s", 3.0, 300.0, 4), ratio("slow_s", "s", 30.0, 7200.0, 5)],
             amplitudes: &[
                 amplitude("fast_log_viscosity_per_w", "1/W", Negative, -0.02),
                 amplitude("slow_log_viscosity_per_w", "1/W", Negative, -0.02),

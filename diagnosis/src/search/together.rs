@@ -1,0 +1,139 @@
+//! Exchanges of one cause with the shapes of all others free.
+//!
+//! Two causes that were taken up one after the other have come to suit one another: each is the best beside the other as it
+//! is, and yet two others may explain far more. What takes the place of one is judged where the others have found their shapes
+//! and forms beside it.
+
+use crate::fit::bench::{Bench, Beside, Candidate, Member};
+use crate::fit::pool::{Pool, Tolerances};
+use crate::search::equivalents::LONGER_FORM;
+use crate::search::{BETTER, is_of_one, worth};
+
+/// Causes that are tried in the place of one, the best first.
+const TRIED: usize = 3;
+
+/// Share of what a member explains that another must explain in its place, the others as they are, to be tried.
+const LEAST: f64 = 0.3;
+
+/// Numbers from which on a cause may be two simpler ones.
+const RICH: usize = 3;
+
+/// Rounds in which the others find their shapes.
+const ROUNDS: usize = 2;
+
+/// Most exchanges, and most members among which causes are exchanged.
+const MOST: usize = 3;
+const MOST_MEMBERS: usize = 4;
+
+/// Amplitudes from which a cause is a table, which follows what there is whatever stands beside it.
+const TABLE: usize = 12;
+
+/// Exchanges members as long as that explains more, by more than what a longer form adds to one cause. Answers whether it did.
+pub(super) fn exchange(
+    bench: &mut Bench<'_>,
+    pool: &mut Pool,
+    tolerances: &Tolerances<'_>,
+    members: &mut Vec<Member>,
+) -> bool {
+    let mut has_exchanged = false;
+    for _ in 0..MOST {
+        if members.len() > MOST_MEMBERS {
+            break;
+        }
+        let now = worth(bench, members);
+        let least = now + BETTER.max(LONGER_FORM * now);
+        let mut best: Option<(f64, Vec<Member>)> = None;
+        for at in 0..members.len() {
+            for mut exchanged in choices(bench, pool, tolerances, members, at) {
+                settle(bench, pool, &mut exchanged);
+                let then = worth(bench, &exchanged);
+                if then > best.as_ref().map_or(least, |(most, _)| *most) {
+                    best = Some((then, exchanged));
+                }
+            }
+        }
+        let Some((_, exchanged)) = best else { break };
+        *members = exchanged;
+        has_exchanged = true;
+    }
+    has_exchanged
+}
+
+/// Members with another cause in the place of one, or with two in the place of one that has many numbers.
+fn choices(
+    bench: &mut Bench<'_>,
+    pool: &mut Pool,
+    tolerances: &Tolerances<'_>,
+    members: &[Member],
+    at: usize,
+) -> Vec<Vec<Member>> {
+    let may_be_two = members[at].candidate.freedom() >= RICH;
+    if members.len() < 2 && !may_be_two {
+        return Vec::new();
+    }
+    let Beside { others, fit, own, gain } = bench.beside(members, at);
+    let mut firsts: Vec<Candidate> = pool
+        .ranked_causes(bench, &fit, tolerances)
+        .into_iter()
+        .filter(|(_, of)| of.score > LEAST * gain.score)
+        .map(|(index, _)| &pool.causes[index])
+        .filter(|cause| is_another(cause, members, pool, tolerances))
+        .take(TRIED)
+        .cloned()
+        .collect();
+    let another = firsts.len();
+    if may_be_two && !own.source.is_minimal() {
+        firsts.extend(pool.minimal(bench, &own.source, &fit).map(|(minimal, _)| minimal.clone()));
+    }
+    let mut choices: Vec<Vec<Member>> =
+        firsts.into_iter().map(|first| others.iter().cloned().chain([bench.take(first)]).collect()).collect();
+    if may_be_two {
+        let two: Vec<_> = choices.iter().filter_map(|first| with_second(bench, pool, tolerances, first)).collect();
+        choices.truncate(another);
+        choices.extend(two);
+    }
+    if members.len() < 2 {
+        choices.retain(|choice| choice.len() > 1);
+    }
+    choices
+}
+
+/// Members with the cause that explains most beside them.
+fn with_second(
+    bench: &mut Bench<'_>,
+    pool: &mut Pool,
+    tolerances: &Tolerances<'_>,
+    members: &[Member],
+) -> Option<Vec<Member>> {
+    let fit = bench.fit_members(members);
+    let ranked = pool.ranked_causes(bench, &fit, tolerances);
+    let mut causes = ranked.into_iter().map(|(index, _)| &pool.causes[index]);
+    let second = causes.find(|cause| is_another(cause, members, pool, tolerances))?.clone();
+    Some(members.iter().cloned().chain([bench.take(second)]).collect())
+}
+
+/// Whether a cause is none of the members and no table.
+fn is_another(cause: &Candidate, members: &[Member], pool: &Pool, tolerances: &Tolerances<'_>) -> bool {
+    cause.source.amplitudes() < TABLE && !is_of_one(members, &cause.source, tolerances, pool.span_m)
+}
+
+/// Lets the causes find their forms and shapes beside one another.
+fn settle(bench: &mut Bench<'_>, pool: &mut Pool, members: &mut [Member]) {
+    for _ in 0..ROUNDS {
+        for at in 0..members.len() {
+            if is_fixed(&members[at]) {
+                continue;
+            }
+            let Beside { fit, own, .. } = bench.beside(members, at);
+            let best = pool.best_of(bench, &own.source, &fit).map(|(candidate, _)| candidate);
+            if let Some(best) = best.filter(|best| !best.source.is_same(&own.source)) {
+                members[at] = bench.take(best);
+            }
+        }
+    }
+}
+
+/// Whether a member has no other form or shape to find.
+fn is_fixed(member: &Member) -> bool {
+    member.candidate.source.is_balanced() || member.candidate.source.amplitudes() >= TABLE
+}
