@@ -30,7 +30,7 @@ use crate::answer::region::region;
 use crate::answer::scores::Proof;
 use crate::answer::shown::Shown;
 use crate::experiment;
-use crate::fit::bench::Member;
+use crate::fit::member::Member;
 use crate::fit::rest::shares;
 use crate::fit::source::{added, added_curves};
 use crate::nominal::Nominal;

@@ -10,7 +10,7 @@ use crate::answer::aside::Aside;
 use crate::answer::carried::Scored;
 use crate::answer::play::Play;
 use crate::answer::proof::{self, Split, Stages};
-use crate::fit::bench::Member;
+use crate::fit::member::Member;
 use crate::fit::source::{Source, raw_columns, weighted};
 use crate::fit::spectrum::wavelength_m;
 use crate::noise::rows::Rows;

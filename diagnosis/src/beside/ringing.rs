@@ -8,7 +8,8 @@ use simulation::mechanism::{Id, definition};
 
 use crate::beside::spectra::Spectra;
 use crate::calibration::{Calibrated, prior};
-use crate::fit::bench::{Bench, Candidate, Gain};
+use crate::fit::bench::Bench;
+use crate::fit::member::{Candidate, Gain};
 use crate::fit::pool::grid;
 use crate::fit::refine::refine;
 use crate::fit::rest::power;

@@ -11,7 +11,9 @@ pub(crate) mod settle;
 use simulation::Simulation;
 
 use crate::calibration::saturation::Saturation;
-use crate::fit::bench::{Bench, Member};
+use crate::calibration::settle::Valley;
+use crate::fit::bench::Bench;
+use crate::fit::member::Member;
 use crate::fit::source::Source;
 use crate::noise::rows::Rows;
 use crate::nominal::{Nominal, Parameter};
@@ -74,6 +76,13 @@ pub(crate) fn calibrate<'a>(
     if nominal.is_incomplete() {
         side = side.again(simulation, nominal, &values)?;
         saturation = Saturation::new(rows, &side.contexts, training);
+    } else if is_at_limit(nominal, &values) {
+        // two numbers that make up for one another lead far along a straight line: there may be a lower place on the way
+        let valley = Valley { nominal, side: &side, rows, training, causes: Vec::new() };
+        let there = valley.bottom(&nominal.start())?;
+        if !is_at_limit(nominal, &there.values) && there.left < valley.left(&values)? {
+            values = there.values;
+        }
     }
     Ok(Calibrated { values, side, saturation, left })
 }
@@ -86,11 +95,8 @@ pub(crate) fn unbound(
     training: &[bool],
     values: &[f64],
 ) -> Result<Vec<f64>, String> {
-    let at_limit = |(value, parameter): (&f64, &Parameter)| {
-        parameter.sigma.is_some_and(|sigma| value.abs() >= 0.9997 * TOLERATED * sigma)
-    };
     let mut values = values.to_vec();
-    if !values.iter().zip(&nominal.parameters).any(at_limit) {
+    if !is_at_limit(nominal, &values) {
         return Ok(values);
     }
     for _ in 0..MOST_STEPS {
@@ -106,6 +112,14 @@ pub(crate) fn unbound(
         }
     }
     Ok(values)
+}
+
+/// Whether one of the numbers lies at the end of its tolerance, or beyond.
+fn is_at_limit(nominal: &Nominal, values: &[f64]) -> bool {
+    let is_at_its_own = |(value, parameter): (&f64, &Parameter)| {
+        parameter.sigma.is_some_and(|sigma| value.abs() >= 0.9997 * TOLERATED * sigma)
+    };
+    values.iter().zip(&nominal.parameters).any(is_at_its_own)
 }
 
 /// Variance of a guess, of that of the tolerance.

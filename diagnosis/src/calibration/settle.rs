@@ -4,7 +4,8 @@
 //! the law: every step of Gauss and Newton is halved until it lowers what is left.
 
 use crate::calibration::{moved, prior, way};
-use crate::fit::bench::{Bench, Candidate, Member};
+use crate::fit::bench::Bench;
+use crate::fit::member::{Candidate, Member};
 use crate::fit::source::Source;
 use crate::noise::rows::Rows;
 use crate::nominal::Nominal;

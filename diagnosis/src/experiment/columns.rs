@@ -5,7 +5,7 @@ use simulation::Simulation;
 use simulation::mechanism::{Context, Id, Search};
 use simulation::profile::Course;
 
-use crate::fit::bench::{Candidate, Member};
+use crate::fit::member::{Candidate, Member};
 use crate::fit::source::{Source, raw_columns};
 use crate::fit::story;
 use crate::nominal::Nominal;

@@ -20,7 +20,7 @@ mod separation;
 use simulation::mechanism::Id;
 
 use crate::calibration::prior;
-use crate::fit::bench::{Candidate, without};
+use crate::fit::member::{Candidate, without};
 use crate::fit::source::Source;
 use crate::nominal::Nominal;
 use crate::numbers::linear::Symmetric;

@@ -5,12 +5,14 @@
 //! the mismatch (column 0), the tangent of the law and the columns of whatever has been taken up.
 
 use rayon::prelude::*;
-use simulation::mechanism::{Context, Search};
+use simulation::mechanism::Context;
 
 use crate::fit::bend;
 use crate::fit::edges::Edges;
 use crate::fit::least_squares::{Fit, Left, bounded};
+use crate::fit::member::{Beside, Candidate, Gain, Member, without};
 use crate::fit::source::{Source, raw_columns, weighted};
+use crate::fit::told::Told;
 use crate::noise::locks::{Locks, locks};
 use crate::noise::rows::{Gram, Rows};
 use crate::numbers::linear::{Cholesky, Symmetric, dot, products};
@@ -26,9 +28,6 @@ const ROUNDING_OF_SHIFT: f64 = 1e-11;
 /// Weight, of a column's own square, with which a number of the law is held at an end of its range.
 const HOLD: f64 = 1e6;
 
-/// Largest preload, of the least one, from which forms that differ by their load are told apart.
-const SEVERAL: f64 = 1.3;
-
 /// Difference of the square of a correlation from 1 below which two columns are one: single precision tells no more of them.
 const TWINS: f64 = 1e-5;
 
@@ -37,63 +36,6 @@ const AT_ONCE: usize = 8;
 
 /// Candidates that are multiplied in one go.
 const TOGETHER: usize = 128;
-
-/// Whitened columns of a source, and their cross products with the base as far as they are known.
-#[derive(Clone, Debug)]
-pub(crate) struct Candidate {
-    pub(crate) source: Source,
-    pub(crate) columns: Vec<Vec<f32>>,
-    bounds: Vec<(f64, f64)>,
-    own: Symmetric,
-    cross: Vec<Option<Vec<f64>>>,
-}
-
-impl Candidate {
-    /// Numbers that it has.
-    pub(crate) fn freedom(&self) -> usize {
-        self.columns.len() + self.source.shapes()
-    }
-
-    /// Forgets what was known about it and a base.
-    pub(crate) fn forget(&mut self) {
-        self.cross.clear();
-    }
-}
-
-/// How much a candidate explains beyond a model.
-#[derive(Clone, Debug)]
-pub(crate) struct Gain {
-    /// Rise of the logarithm of the likelihood.
-    pub(crate) nats: f64,
-    /// The same, less what its freedom costs.
-    pub(crate) score: f64,
-    pub(crate) amplitudes: Vec<f64>,
-}
-
-/// A cause that has been taken up.
-#[derive(Clone, Debug)]
-pub(crate) struct Member {
-    pub(crate) candidate: Candidate,
-    /// Its columns in the base.
-    pub(crate) base: Vec<usize>,
-}
-
-impl Member {
-    /// Its amplitudes in a fit, in their own units.
-    pub(crate) fn amplitudes(&self, fit: &Fit) -> Vec<f64> {
-        self.base.iter().map(|column| fit.value_of(*column)).collect()
-    }
-}
-
-/// A member in the place that the others leave it.
-pub(crate) struct Beside {
-    pub(crate) others: Vec<Member>,
-    /// Of the law and the others.
-    pub(crate) fit: Fit,
-    /// The member's own, prepared for that fit, and what it adds to it.
-    pub(crate) own: Candidate,
-    pub(crate) gain: Gain,
-}
 
 /// See the module.
 pub(crate) struct Bench<'a> {
@@ -121,13 +63,7 @@ pub(crate) struct Bench<'a> {
     pub(crate) seen_from_m: f64,
     /// What starts and stops tell of the time between motion and force.
     pub(crate) edges: Option<Edges>,
-    /// Whether preloads differ so far that a share of each and a change of the interference are two things.
-    has_several_loads: bool,
-    /// Stroke and travel of the longest run, m.
-    stroke_m: f64,
-    travel_m: f64,
-    /// Both ends of what all runs pass over, m.
-    rail_m: (f64, f64),
+    told: Told,
 }
 
 impl<'a> Bench<'a> {
@@ -155,10 +91,7 @@ impl<'a> Bench<'a> {
             seen_from_m: 0.0,
             edges: None,
             step_s: contexts.iter().map(|c| c.run.step_s()).find(|step| *step > 0.0).unwrap_or(1.0),
-            has_several_loads: has_several_loads(contexts),
-            stroke_m: contexts.iter().map(|c| length_m(ends_m([c]))).fold(0.0, f64::max),
-            rail_m: ends_m(contexts),
-            travel_m: contexts.iter().filter_map(|c| c.travel_m.last().copied()).fold(0.0, f64::max),
+            told: Told::of(contexts),
         };
         let raw: Vec<&[f64]> = std::iter::once(mismatch).chain(tangent.iter().map(Vec::as_slice)).collect();
         bench.push(bench.rows.white_all(&raw));
@@ -354,22 +287,10 @@ impl<'a> Bench<'a> {
         weighted(&self.raw(source).unwrap_or_default(), amplitudes)
     }
 
-    /// Whether every length of a source is one that the runs show at least half of, and not hidden by play, and starts and
-    /// stops do not speak against it.
+    /// Whether the runs tell of every length of a source, none of them is hidden by play, and starts and stops do not speak
+    /// against it.
     fn is_told(&self, source: &Source) -> bool {
-        if self.edges.is_some_and(|edges| !edges.allow(source)) {
-            return false;
-        }
-        let Source::Mechanism { definition, form, shape } = source else { return true };
-        if definition.forms[*form].is_of_share() && !self.has_several_loads {
-            return false;
-        }
-        definition.forms[*form].shape.iter().zip(shape).all(|(parameter, value)| match parameter.search {
-            Search::AlongStroke => *value <= 2.0 * self.stroke_m,
-            Search::AlongTravel => *value <= 2.0 * self.travel_m,
-            Search::SinceTurn => *value >= self.seen_from_m,
-            _ => true,
-        })
+        !self.edges.is_some_and(|edges| !edges.allow(source)) && self.told.is_told(source, self.seen_from_m)
     }
 
     /// Whether starts and stops alone are evidence for a source.
@@ -517,7 +438,7 @@ impl<'a> Bench<'a> {
         let own: f64 = (0..count)
             .map(|i| amplitudes[i] * (0..count).map(|j| candidate.own.get(i, j) * amplitudes[j]).sum::<f64>())
             .sum();
-        if own > self.largest || bend::is_level(&candidate.source, &amplitudes, self.rail_m) {
+        if own > self.largest || bend::is_level(&candidate.source, &amplitudes, self.told.rail_m) {
             return Gain { nats: 0.0, score: f64::NEG_INFINITY, amplitudes: vec![0.0; count] };
         }
         let used = amplitudes.iter().filter(|x| **x != 0.0).count().max(1);
@@ -592,30 +513,4 @@ impl<'a> Bench<'a> {
         prior.resize(columns.len() - 1, (0.0, 0.0));
         locks(&Gram::of(&columns, &self.rows.blocks), known, &prior)
     }
-}
-
-/// What acts.
-pub(crate) fn causes(members: &[Member]) -> impl Iterator<Item = &Candidate> {
-    members.iter().map(|member| &member.candidate)
-}
-
-/// All members but one.
-pub(crate) fn without(members: &[Member], at: usize) -> Vec<Member> {
-    members.iter().enumerate().filter(|(k, _)| *k != at).map(|(_, member)| member.clone()).collect()
-}
-
-/// Both ends of what some runs pass over, m; the first one lies beyond the second where there is none.
-fn ends_m<'c>(contexts: impl IntoIterator<Item = &'c Context<'c>>) -> (f64, f64) {
-    let positions = contexts.into_iter().flat_map(|context| &context.motion.position_m).filter(|x| x.is_finite());
-    positions.fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), x| (from.min(*x), to.max(*x)))
-}
-
-fn length_m((from, to): (f64, f64)) -> f64 {
-    (to - from).max(0.0)
-}
-
-fn has_several_loads(contexts: &[Context<'_>]) -> bool {
-    let preloads = contexts.iter().flat_map(|context| &context.steady.preload_n).filter(|p| p.is_finite());
-    let (least, most) = preloads.fold((f64::INFINITY, 0.0f64), |(least, most), p| (least.min(*p), most.max(*p)));
-    most > SEVERAL * least
 }

@@ -5,8 +5,9 @@ use rayon::prelude::*;
 use simulation::curve::Curve;
 use simulation::mechanism::{Definition, Form, Id, Kind, Search, ShapeParameter, library};
 
-use crate::fit::bench::{Bench, Candidate, Gain};
+use crate::fit::bench::Bench;
 use crate::fit::least_squares::Fit;
+use crate::fit::member::{Candidate, Gain};
 use crate::fit::refine::refine;
 use crate::fit::source::{Source, is_balanced};
 use crate::fit::spectrum::{Left, Waves, is_wave, span, tried};

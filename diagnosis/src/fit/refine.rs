@@ -3,8 +3,9 @@
 use rayon::prelude::*;
 use simulation::mechanism::{Search, ShapeParameter};
 
-use crate::fit::bench::{Bench, Candidate, Gain};
+use crate::fit::bench::Bench;
 use crate::fit::least_squares::Fit;
+use crate::fit::member::{Candidate, Gain};
 use crate::fit::source::Source;
 use crate::fit::spectrum::span;
 

@@ -17,8 +17,9 @@
 use simulation::curve::Axis;
 use simulation::mechanism::{Id, Kind};
 
-use crate::fit::bench::{Bench, Candidate, Gain, Member};
+use crate::fit::bench::Bench;
 use crate::fit::least_squares::Fit;
+use crate::fit::member::{Candidate, Gain, Member};
 use crate::fit::pool::{Pool, Tolerances, ranked};
 use crate::fit::source::Source;
 use crate::fit::spectrum::is_wave;

@@ -12,7 +12,8 @@
 
 use simulation::mechanism::{Id, definition};
 
-use crate::fit::bench::{Bench, Beside, Member};
+use crate::fit::bench::Bench;
+use crate::fit::member::{Beside, Member};
 use crate::fit::pool::grid;
 use crate::fit::refine::refine_all;
 use crate::fit::source::{Source, is_balanced};

@@ -21,8 +21,9 @@ use simulation::curve::Carrier;
 use simulation::mechanism::Context;
 use simulation::run::{Part, Run};
 
-use crate::fit::bench::{Bench, Candidate};
+use crate::fit::bench::Bench;
 use crate::fit::least_squares::Fit;
+use crate::fit::member::Candidate;
 use crate::fit::source::Source;
 use crate::fit::story;
 use crate::numbers::peaks::peaks;

@@ -1,6 +1,7 @@
 //! What was considered and not named, and why.
 
-use crate::fit::bench::{Bench, Gain, Member};
+use crate::fit::bench::Bench;
+use crate::fit::member::{Gain, Member};
 use crate::fit::pool::{Pool, Tolerances, ranked};
 use crate::fit::refine::refine;
 use crate::fit::source::Source;

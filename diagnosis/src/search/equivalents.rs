@@ -2,8 +2,9 @@
 
 use simulation::mechanism::{Id, library};
 
-use crate::fit::bench::{Bench, Beside, Candidate, Gain, Member};
+use crate::fit::bench::Bench;
 use crate::fit::least_squares::Fit;
+use crate::fit::member::{Beside, Candidate, Gain, Member};
 use crate::fit::pool::{Pool, Tolerances};
 use crate::fit::refine::{refine, refine_all};
 use crate::fit::source::Source;

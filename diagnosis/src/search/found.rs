@@ -3,8 +3,9 @@
 use simulation::mechanism::Id;
 
 use crate::calibration::{moved, shifted, way};
-use crate::fit::bench::{Bench, Beside, Member, causes, without};
+use crate::fit::bench::Bench;
 use crate::fit::least_squares::Fit;
+use crate::fit::member::{Beside, Member, causes, without};
 use crate::fit::pool::{Pool, Tolerances};
 use crate::fit::source::Source;
 use crate::noise::locks::least_of;

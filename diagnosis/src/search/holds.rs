@@ -2,7 +2,8 @@
 
 use simulation::mechanism::{Id, Kind};
 
-use crate::fit::bench::{Bench, Candidate, Gain, Member};
+use crate::fit::bench::Bench;
+use crate::fit::member::{Candidate, Gain, Member};
 use crate::fit::pool::Pool;
 use crate::fit::rest::{beyond, power};
 use crate::fit::source::Source;

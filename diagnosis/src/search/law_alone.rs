@@ -11,7 +11,8 @@
 //! another.
 
 use crate::calibration::settle::Bottom;
-use crate::fit::bench::{Bench, Candidate, causes, without};
+use crate::fit::bench::Bench;
+use crate::fit::member::{Candidate, causes, without};
 use crate::fit::pool::{Pool, Tolerances};
 use crate::fit::rest::noise_rms;
 use crate::fit::source::Source;

@@ -21,8 +21,9 @@
 use simulation::curve::Axis;
 use simulation::mechanism::Id;
 
-use crate::fit::bench::{Bench, Member};
+use crate::fit::bench::Bench;
 use crate::fit::least_squares::Fit;
+use crate::fit::member::Member;
 use crate::fit::rest::power;
 use crate::nominal::fast_accelerations;
 

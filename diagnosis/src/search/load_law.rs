@@ -13,8 +13,9 @@
 
 use simulation::mechanism::Id;
 
-use crate::fit::bench::{Bench, Candidate, Gain, Member};
+use crate::fit::bench::Bench;
 use crate::fit::least_squares::Fit;
+use crate::fit::member::{Candidate, Gain, Member};
 use crate::fit::source::Source;
 use crate::numbers::linear::{Cholesky, Symmetric, dot, products, remove};
 use crate::search::leavings;

@@ -37,8 +37,9 @@ mod together;
 
 use simulation::mechanism::Id;
 
-use crate::fit::bench::{Bench, Beside, Candidate, Gain, Member, without};
+use crate::fit::bench::Bench;
 use crate::fit::least_squares::Fit;
+use crate::fit::member::{Beside, Candidate, Gain, Member, without};
 use crate::fit::pool::{Pool, Tolerances, ranked};
 use crate::fit::refine::{refine, refine_all};
 use crate::fit::source::Source;

@@ -5,8 +5,9 @@
 
 use simulation::curve::Axis;
 
-use crate::fit::bench::{Bench, Beside, Candidate, Member};
+use crate::fit::bench::Bench;
 use crate::fit::least_squares::Fit;
+use crate::fit::member::{Beside, Candidate, Member};
 use crate::fit::pool::{Pool, Tolerances, ranked};
 use crate::fit::source::Source;
 use crate::fit::spectrum::wavelength_m;

@@ -1,7 +1,8 @@
 //! The search, and again around where it has led, with the noise as it looks behind what was found.
 
 use crate::calibration::{moved, shifted, way};
-use crate::fit::bench::{Bench, Beside, Candidate, Gain, Member, causes};
+use crate::fit::bench::Bench;
+use crate::fit::member::{Beside, Candidate, Gain, Member, causes};
 use crate::fit::pool::{Pool, Tolerances};
 use crate::fit::rest::{among, beyond, noise_rms, whiteness};
 use crate::fit::source::Source;

@@ -8,7 +8,8 @@
 use simulation::Simulation;
 
 use crate::calibration::{moved, prior, room, way};
-use crate::fit::bench::{Bench, Member};
+use crate::fit::bench::Bench;
+use crate::fit::member::Member;
 use crate::nominal::Nominal;
 use crate::recording::side::Side;
 use crate::search::found::{Found, amplitudes};
