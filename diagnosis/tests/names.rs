@@ -372,14 +372,3 @@ fn a_force_that_remembers_the_load_is_no_run_in() {
     assert!(!sets(&found).iter().flatten().any(|id| *id == "run-in"), "{:?}", sets(&found));
     assert_eq!(found.mechanisms.first().map(|first| first.id.as_str()), Some("unknown"));
 }
-
-#[test]
-fn one_cause_of_many_numbers_gives_way_to_two_simple_ones_that_explain_more() {
-    let loss = added(Id::PreloadLoss, 0, &[], &[-0.0029]);
-    let rolling = added(Id::HydrodynamicRolling, 0, &[], &[0.4756]);
-    let course = strokes(&[0.01, 0.03, 0.1, 0.3], 0.3, 0.2, 2200.0);
-    let found = diagnosis(&[recorded(course, &[loss, rolling], nothing, 2200)]);
-    // what friction wears off with the travel, however it grows with the load, was the first to explain most
-    assert_eq!(sets(&found)[0], ["preload-loss"]);
-    assert!(sets(&found)[1].contains(&"hydrodynamic-rolling"), "{:?}", sets(&found));
-}

@@ -47,17 +47,13 @@ pub(super) fn exchange(
             break;
         }
         let now = worth(bench, members);
-        let least = |names: usize| {
-            let share = if names > members.len() { FOR_TWO } else { LONGER_FORM };
-            now + BETTER.max(share * now)
-        };
         let mut best: Option<(f64, Vec<Member>)> = None;
         for at in 0..members.len() {
             for mut exchanged in choices(bench, pool, tolerances, members, at) {
                 settle(bench, pool, &mut exchanged);
                 let then = worth(bench, &exchanged);
                 let most = best.as_ref().map_or(now, |(most, _)| *most);
-                if then > most.max(least(exchanged.len())) {
+                if then > most.max(asked(now, exchanged.len() > members.len())) {
                     best = Some((then, exchanged));
                 }
             }
@@ -67,6 +63,12 @@ pub(super) fn exchange(
         has_exchanged = true;
     }
     has_exchanged
+}
+
+/// What causes must explain, less what their freedom costs, to take the place of others that explain `now`, nats.
+fn asked(now: f64, has_one_more: bool) -> f64 {
+    let share = if has_one_more { FOR_TWO } else { LONGER_FORM };
+    now + BETTER.max(share * now)
 }
 
 /// Members with another cause in the place of one, or with two in the place of one that has many numbers.
@@ -146,4 +148,15 @@ fn settle(bench: &mut Bench<'_>, pool: &mut Pool, members: &mut [Member]) {
 /// Whether a member has no other form or shape to find.
 fn is_fixed(member: &Member) -> bool {
     member.candidate.source.is_balanced() || member.candidate.source.amplitudes() >= TABLE
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_further_name_is_asked_for_a_twentieth_more_and_none_is_given_for_what_chance_adds() {
+        assert_eq!([false, true].map(|has_one_more| asked(1000.0, has_one_more)), [1010.0, 1050.0]);
+        assert_eq!([false, true].map(|has_one_more| asked(20.0, has_one_more)), [23.0, 23.0]);
+    }
 }
