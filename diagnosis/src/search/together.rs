@@ -152,11 +152,82 @@ fn is_fixed(member: &Member) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use simulation::Simulation;
+    use simulation::mechanism::{Added, Id, definition};
+    use simulation::profile::{Conditions, Order, Staircase};
+    use simulation::run::Run;
+    use simulation::sensor::Noise;
+
     use super::*;
+    use crate::calibration::{Calibrated, calibrate};
+    use crate::fit::source::Source;
+    use crate::noise::rows::Rows;
+    use crate::nominal::Nominal;
+    use crate::recording::moving::Moving;
+    use crate::recording::side::Side;
+    use crate::report::DataQuality;
+    use crate::search::case::{Case, Given};
+    use crate::search::polish;
+
+    const GUIDE: &str = "schema = \"guideblock.simulation/1\"\n[guide]\nparameters = \"zhou-2023\"\n[lubricant]\n\
+                         viscosity_cst = 100.0\n[operation]\npreload_n = 3000.0\n";
 
     #[test]
     fn a_further_name_is_asked_for_a_twentieth_more_and_none_is_given_for_what_chance_adds() {
         assert_eq!([false, true].map(|has_one_more| asked(1000.0, has_one_more)), [1010.0, 1050.0]);
         assert_eq!([false, true].map(|has_one_more| asked(20.0, has_one_more)), [23.0, 23.0]);
+    }
+
+    /// Strokes of a block that loses preload as it runs in grease that grips.
+    fn run(simulation: &Simulation, preload_n: f64) -> Run {
+        let at = Conditions { preload_n: Some(preload_n), temperature_degc: Some(40.0), external_load_n: None };
+        let speeds_m_s = vec![0.01, 0.03, 0.1, 0.3];
+        let staircase = Staircase {
+            speeds_m_s,
+            length_m: 0.3,
+            hold_s: 0.0,
+            strokes: 3,
+            order: Order::Both,
+            ..Staircase::default()
+        };
+        let course = staircase.course(200.0, &at).expect("a course");
+        let mut machine = simulation.clone();
+        machine.mechanisms = vec![
+            Added { id: Id::PreloadLoss, form: 1, shape: vec![3.2], amplitudes: vec![-0.04] },
+            Added { id: Id::ViscousDrag, form: 0, shape: vec![0.64], amplitudes: vec![0.7] },
+        ];
+        let mut noise = Noise::new(preload_n as u64, 0);
+        let force = machine.force(&course.run, &course.motion).expect("a force");
+        Run { drag_force_n: force.iter().map(|f| f + 0.2 * noise.gaussian()).collect(), ..course.run }
+    }
+
+    #[test]
+    fn a_run_in_beside_grease_that_suits_it_gives_way_to_a_loss_of_preload() {
+        let simulation = Simulation::from_toml(GUIDE).expect("a sound file");
+        let runs = [1500.0, 3000.0, 6000.0].map(|preload_n| run(&simulation, preload_n));
+        let nominal = Nominal::new(&simulation);
+        let moving = Moving::as_recorded(&runs);
+        let mut quality = DataQuality::default();
+        let side = Side::new(&simulation, &nominal, &nominal.start(), &moving, false, &mut quality).expect("a side");
+        let training = side.compared.clone();
+        let mut rows = Rows::new(&moving.runs, &training, 1);
+        let Calibrated { values, side, saturation, .. } =
+            calibrate(&simulation, &nominal, side, &mut rows, &training).expect("a law");
+        let given = Given { simulation: &simulation, nominal: &nominal, ringing: None, edges: None, step_n: None };
+        let case = Case { given, side: &side, training: &training, saturation: &saturation, seen_from_m: 0.0 };
+        let mut bench = case.around(&rows, &values).expect("a bench");
+        let tolerances = Tolerances { nominal: &nominal, moved: &values };
+        let mut pool = Pool::new(&bench, &tolerances, saturation.stories(), None);
+        let mut members: Vec<Member> = [(Id::RunIn, 20.0), (Id::ViscousDrag, 0.4)]
+            .map(|(id, number)| Source::Mechanism { definition: definition(id), form: 0, shape: vec![number] })
+            .map(|source| bench.candidate(source).expect("it shows"))
+            .into_iter()
+            .map(|candidate| bench.take(candidate))
+            .collect();
+        (0..3).for_each(|_| polish(&mut bench, &mut members));
+        assert!(exchange(&mut bench, &mut pool, &tolerances, &mut members));
+        let mut names: Vec<&str> = members.iter().map(|member| member.candidate.source.id()).collect();
+        names.sort_unstable();
+        assert_eq!(names, ["preload-loss", "viscous-drag"]);
     }
 }
