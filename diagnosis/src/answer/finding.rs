@@ -178,7 +178,7 @@ fn stands_in(source: &Source, doubt: Doubt, share: f64) -> Finding {
 
 /// How many names of its kind were right on recordings with something hidden of trials 23 and 24, opened: by how many causes
 /// were named together, and by the share that this one carries. The evidence alone knows only the causes that the library
-/// has. There 0.98 were right of those alone (743) and of two with most of the mismatch (141), 0.96 of others with more than a
+/// has. There 0.98 were right of those alone or read off a channel (743) and of two with most of the mismatch (141), 0.96 of others with more than a
 /// tenth (222), 0.92 of the smaller of two (48; over trials 20 to 24 less), 0.77 of the smaller of more (48).
 fn trust(named: usize, share: f64) -> f64 {
     match named {

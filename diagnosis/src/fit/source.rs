@@ -6,6 +6,9 @@ use simulation::mechanism::{Added, Context, Definition, Form, Id, Sign};
 
 use crate::fit::story;
 
+/// Amplitudes from which a cause is a table.
+const TABLE: usize = 12;
+
 /// Where a set of columns comes from.
 #[derive(Clone, Debug)]
 pub(crate) enum Source {
@@ -89,6 +92,11 @@ impl Source {
             Source::Mechanism { definition, form, .. } => definition.forms[*form].amplitudes.len(),
             _ => 0,
         }
+    }
+
+    /// Whether it is a table: it has a number wherever it acts, and follows whatever there is.
+    pub(crate) fn is_table(&self) -> bool {
+        self.amplitudes() >= TABLE
     }
 
     /// Number of shape parameters.

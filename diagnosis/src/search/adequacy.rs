@@ -305,7 +305,7 @@ fn unevenness(bench: &Bench<'_>, force: &[f32], rest: &[f32]) -> (f64, f64) {
 }
 
 /// Numbers of a cause's shape that lie at an end of what they can be.
-pub(crate) fn numbers_at_their_end(source: &Source) -> Vec<&'static str> {
+fn numbers_at_their_end(source: &Source) -> Vec<&'static str> {
     let Source::Mechanism { definition, form, shape } = source else { return Vec::new() };
     let parameters = definition.forms[*form].shape.iter().zip(shape);
     parameters

@@ -13,8 +13,7 @@ const SEEN_OF_NOISE: f64 = 37.0;
 const BEYOND_NOISE: f64 = 120.0;
 const BESIDE_IT: f64 = 0.25;
 
-/// Amplitudes from which what is tied to places is a table, and what is enough beside such an e-value of one.
-const TABLE: usize = 12;
+/// What is enough beside such an e-value of a table over places.
 const BESIDE_IT_IN_EVERY_PASS: f64 = 0.02;
 
 /// The first lock spends three quarters of the evidence on folds that it does not test. Where the second is surer than it
@@ -38,7 +37,7 @@ pub(crate) enum Asked {
 impl Asked {
     pub(crate) fn of(source: &Source) -> Self {
         match source {
-            _ if source.is_phase_bound() && source.amplitudes() >= TABLE => Asked::EveryPass,
+            _ if source.is_phase_bound() && source.is_table() => Asked::EveryPass,
             _ if source.is_story() || source.is_phase_bound() => Asked::AllBlocks,
             _ => Asked::FewBlocks,
         }

@@ -30,9 +30,6 @@ const ROUNDS: usize = 2;
 const MOST: usize = 3;
 const MOST_MEMBERS: usize = 4;
 
-/// Amplitudes from which a cause is a table, which follows what there is whatever stands beside it.
-const TABLE: usize = 12;
-
 /// Exchanges members as long as that explains more, by more than what a longer form adds to one cause. Answers
 /// whether it did.
 pub(super) fn exchange(
@@ -79,7 +76,7 @@ fn choices(
     members: &[Member],
     at: usize,
 ) -> Vec<Vec<Member>> {
-    let may_be_two = members[at].candidate.freedom() >= RICH && members[at].candidate.source.amplitudes() < TABLE;
+    let may_be_two = members[at].candidate.freedom() >= RICH && !members[at].candidate.source.is_table();
     if members.len() < 2 && !may_be_two {
         return Vec::new();
     }
@@ -126,7 +123,7 @@ fn with_second(
 
 /// Whether a cause is none of the members and no table.
 fn is_another(cause: &Candidate, members: &[Member], pool: &Pool, tolerances: &Tolerances<'_>) -> bool {
-    cause.source.amplitudes() < TABLE && !is_of_one(members, &cause.source, tolerances, pool.span_m)
+    !cause.source.is_table() && !is_of_one(members, &cause.source, tolerances, pool.span_m)
 }
 
 /// Lets the causes find their forms and shapes beside one another.
@@ -145,9 +142,9 @@ fn settle(bench: &mut Bench<'_>, pool: &mut Pool, members: &mut [Member]) {
     }
 }
 
-/// Whether a member has no other form or shape to find.
+/// Whether a member has no other form or shape to find: a table follows what there is whatever stands beside it.
 fn is_fixed(member: &Member) -> bool {
-    member.candidate.source.is_balanced() || member.candidate.source.amplitudes() >= TABLE
+    member.candidate.source.is_balanced() || member.candidate.source.is_table()
 }
 
 #[cfg(test)]
