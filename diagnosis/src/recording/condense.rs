@@ -1,8 +1,8 @@
 //! Long recordings as fewer rows: averages of neighbours, so that a day of samples costs no more than minutes of them.
 //!
 //! Averages of `k` rows keep all that is slower than `k` samples; noise falls by `sqrt(k)`. Rows of two parts are never
-//! averaged together: what is left over at the end of a part is dropped. A channel that mostly stays on a step of its own is not averaged but read every `k` rows: a mean of
-//! steps is no step.
+//! averaged together: what is left over at the end of a part is dropped. A force that mostly stays on a step of its channel in some part is not averaged but read
+//! every `k` rows: a mean of steps is no step.
 
 use std::ops::Range;
 
@@ -10,8 +10,9 @@ use simulation::run::{Part, Run};
 
 use crate::numbers::rounding::quantum;
 
-/// Rows of all runs together from which they are averaged.
-const MOST_ROWS: usize = 120_000;
+/// Rows of all runs together from which they are averaged. Up to here law and causes are computed row by row, and what is too much for
+/// the search is averaged behind them, by [`crate::noise::rows`]: averages of a motion blur reversals, and play within them.
+const MOST_ROWS: usize = 240_000;
 
 /// Longest time that is averaged here, s: a law is no longer that of the averages where the speed changes within it.
 /// What is still too much then is averaged behind the law and the causes, by [`crate::noise::rows`].
@@ -36,7 +37,7 @@ pub(crate) fn condensed(run: &Run, factor: usize) -> Run {
             parts.push(Part { rows: first..chunks.len(), ..part.clone() });
         }
     }
-    let one: fn(&[f64]) -> f64 = if stays_on_steps(&run.drag_force_n) { middle_row } else { mean_of_told };
+    let one: fn(&[f64]) -> f64 = if stays_on_steps(run) { middle_row } else { mean_of_told };
     let averaged = |column: &Vec<f64>| -> Vec<f64> { chunks.iter().map(|rows| one(&column[rows.clone()])).collect() };
     let optional = |column: &Option<Vec<f64>>| column.as_ref().map(averaged);
     Run {
@@ -56,10 +57,13 @@ pub(crate) fn condensed(run: &Run, factor: usize) -> Run {
     }
 }
 
-/// Whether a channel counts in steps that noise does not carry it over in most rows.
-fn stays_on_steps(force_n: &[f64]) -> bool {
-    let still = force_n.windows(2).filter(|pair| pair[0] == pair[1]).count();
-    2 * still > force_n.len() && quantum(force_n).is_some()
+/// Whether the force counts in steps that noise does not carry it over in most rows of some part.
+fn stays_on_steps(run: &Run) -> bool {
+    let is_still = |part: &Part| {
+        let still = run.drag_force_n[part.rows.clone()].windows(2).filter(|pair| pair[0] == pair[1]).count();
+        2 * still > part.rows.len()
+    };
+    run.parts.iter().any(is_still) && quantum(&run.drag_force_n).is_some()
 }
 
 fn middle_row(values: &[f64]) -> f64 {
@@ -96,6 +100,20 @@ mod tests {
         assert_eq!(short.drag_force_n[7], force[30]);
         assert_eq!(short.time_s[7], 30.0);
         assert!((quantum(&short.drag_force_n).expect("still steps") - 1.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_part_that_stays_on_steps_speaks_for_its_channel() {
+        let force: Vec<f64> =
+            (0..6000).map(|n| if n < 2000 { f64::from(n / 40) } else { f64::from(n * 7919 % 5) }).collect();
+        let part = |rows| Part { rows, segment: None, starts: Break::Start };
+        let run = Run {
+            time_s: (0..6000).map(f64::from).collect(),
+            drag_force_n: force,
+            parts: vec![part(0..2000), part(2000..6000)],
+            ..Run::default()
+        };
+        assert_eq!(condensed(&run, 3).drag_force_n.iter().filter(|x| x.fract() != 0.0).count(), 0);
     }
 
     #[test]
