@@ -5,7 +5,7 @@ use diagnosis::report::Diagnosis;
 use diagnosis::{Options, diagnose};
 use simulation::Simulation;
 use simulation::profile::{Conditions, Course, Order, Staircase};
-use simulation::run::Run;
+use simulation::run::{Break, Part, Run};
 use simulation::sensor::Noise;
 
 const AXIS: &str = "schema = \"guideblock.simulation/1\"\n[guide]\nlaw = \"coulomb-viscous\"\ncoulomb_n = 20.0\n\
@@ -52,6 +52,55 @@ fn noise_and_rounded_corners_of_a_derived_acceleration_are_no_physics() {
     let velocity_m_s = course.motion.velocity_m_s.iter().map(|v| v + 2e-6 * noise.gaussian()).collect();
     let run = Run { drag_force_n, velocity_m_s: Some(velocity_m_s), acceleration_m_s2: None, ..course.run };
     assert_eq!(ids(&diagnosis(&run, &simulation)), [""; 0]);
+}
+
+/// Cycles of a handling axis: half a metre at one of three speeds, an acceleration of 5 m/s² that begins and ends at once, rests.
+/// Force of [`AXIS`] with its mass times `heavier` in white noise of 0.3 N, the position to 0.1 µm.
+fn handled(rate_hz: f64, heavier: f64) -> Run {
+    let acceleration_m_s2 = 5.0;
+    let place = |t: f64, speed: f64| {
+        let ramp_s = speed / acceleration_m_s2;
+        let cruise_s = 0.5 / speed - ramp_s;
+        match t.clamp(0.0, 2.0 * ramp_s + cruise_s) {
+            t if t < ramp_s => (0.5 * acceleration_m_s2 * t * t, acceleration_m_s2 * t, acceleration_m_s2),
+            t if t < ramp_s + cruise_s => (speed * (t - 0.5 * ramp_s), speed, 0.0),
+            t => {
+                let left_s = 2.0 * ramp_s + cruise_s - t;
+                (0.5 - 0.5 * acceleration_m_s2 * left_s * left_s, acceleration_m_s2 * left_s, -acceleration_m_s2)
+            }
+        }
+    };
+    let mut noise = Noise::new(8, 0);
+    let mut run = Run::default();
+    let (mut position_m, cycle_s) = (Vec::new(), 2.5);
+    for row in 0..(120.0 * rate_hz) as usize {
+        let t = row as f64 / rate_hz;
+        let (cycle, within_s) = ((t / cycle_s) as usize, t % cycle_s);
+        let (x, v, a) = place(within_s, [0.3, 0.5, 0.8][cycle / 2 % 3]);
+        let (x, sign) = if cycle % 2 == 0 { (x, 1.0) } else { (0.5 - x, -1.0) };
+        let moves = v > 1e-9;
+        let friction_n = if moves { 20.0 + 200.0 * v + 100.0 * heavier * a } else { 0.0 };
+        run.time_s.push(t);
+        position_m.push((x * 1e7).round() / 1e7);
+        run.drag_force_n.push(sign * friction_n + 0.3 * noise.gaussian());
+    }
+    run.parts = vec![Part { rows: 0..run.time_s.len(), segment: None, starts: Break::Start }];
+    Run { position_m: Some(position_m), ..run }
+}
+
+#[test]
+fn corners_of_a_speed_are_no_physics_and_a_mass_that_is_off_is_found_beside_them() {
+    let given = Simulation::from_toml(AXIS).unwrap();
+    let fitted =
+        Simulation::from_toml("schema = \"guideblock.simulation/1\"\n[guide]\nlaw = \"coulomb-viscous\"\n").unwrap();
+    for rate_hz in [100.0, 250.0] {
+        for simulation in [&given, &fitted] {
+            let found = diagnosis(&handled(rate_hz, 1.0), simulation);
+            assert_eq!(ids(&found), [""; 0], "{rate_hz} Hz");
+            assert!((found.noise_floor_n - 0.3).abs() < 0.03, "{}", found.noise_floor_n);
+        }
+        assert_eq!(ids(&diagnosis(&handled(rate_hz, 1.15), &given)), ["parameter-shift"]);
+    }
 }
 
 /// Force, N, of a structure that random rolling strikes: `frequency` Hz in a row, `damping` of critical.

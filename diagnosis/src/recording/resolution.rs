@@ -3,19 +3,60 @@
 use simulation::motion::Motion;
 use simulation::run::Run;
 
+use crate::noise::third_differences;
 use crate::nominal::Nominal;
+use crate::numbers::statistics::robust_sigma;
 
 /// Averages that a recording must be left with.
 const FEWEST: usize = 1000;
 
+/// An acceleration is not resolved where its error is larger than noise and so many times what it mostly is.
+const OUTSTANDING: f64 = 5.0;
+
 /// Rows that are averaged to one. A force follows a step of the acceleration at once; the acceleration that the
 /// parabola through `2m + 1` positions tells is 2 % short at a period of `32 m` rows and nothing above. Averages of
-/// `8 m` rows compare both where both are right, as far as enough of them are left.
+/// `8 m` rows compare both where both are right, as far as enough of them are left. Where the acceleration is smooth but for
+/// corners, and those are not compared ([`unresolved`]), rows stay as they are.
 pub(crate) fn coarsest(nominal: &Nominal, runs: &[Run], motions: &[Motion]) -> usize {
     let derived = runs.iter().all(|run| run.acceleration_m_s2.is_none() && run.velocity_m_s.is_none());
     if !derived || !nominal.accelerates_mass() {
         return 1;
     }
+    let has_corners =
+        |(run, motion): (&Run, &Motion)| unresolved(run, motion, nominal.moved_kg(run, motion)).contains(&true);
+    if runs.iter().zip(motions).any(has_corners) {
+        return 1;
+    }
     let most = runs.iter().map(Run::len).sum::<usize>() / FEWEST;
     (8 * motions.iter().map(|motion| motion.acceleration_reach).max().unwrap_or(0)).min(most).max(1)
+}
+
+/// Rows whose derived acceleration is not that of the carriage: within the window of a corner of the speed, where a parabola rounds it. An error
+/// that is everywhere alike is no corner, and one below the noise of the force does no harm.
+pub(crate) fn unresolved(run: &Run, motion: &Motion, moved_kg: f64) -> Vec<bool> {
+    if run.acceleration_m_s2.is_some() || !(moved_kg > 0.0) {
+        return vec![false; run.len()];
+    }
+    let error_n = rounded_off_n(run, motion, moved_kg);
+    let usual_n = robust_sigma(&error_n);
+    let noise_n = robust_sigma(&third_differences(&run.drag_force_n));
+    error_n.iter().map(|error_n| *error_n > noise_n && *error_n > OUTSTANDING * usual_n).collect()
+}
+
+/// Error of the force of inertia by a derived acceleration, N: the second derivative of a parabola through `2m + 1` rows of a
+/// quartic errs by some `a'' (m Δt)²/5`, and so does the slope of one through a cubic velocity. The largest of all rows whose windows meet.
+fn rounded_off_n(run: &Run, motion: &Motion, moved_kg: f64) -> Vec<f64> {
+    let (m, a) = (motion.reach, &motion.acceleration_m_s2);
+    let (mut own, mut around) = (vec![0.0; run.len()], vec![0.0; run.len()]);
+    for part in &run.parts {
+        for n in part.rows.start + m..part.rows.end.saturating_sub(m) {
+            let error_n = moved_kg * (a[n + m] - 2.0 * a[n] + a[n - m]).abs() / 5.0;
+            own[n] = if error_n.is_finite() { error_n } else { 0.0 };
+        }
+        for n in part.rows.clone() {
+            let (from, to) = (n.saturating_sub(m).max(part.rows.start), (n + m + 1).min(part.rows.end));
+            around[n] = own[from..to].iter().copied().fold(0.0, f64::max);
+        }
+    }
+    around
 }

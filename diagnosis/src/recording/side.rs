@@ -59,6 +59,7 @@ impl<'a> Side<'a> {
                 motion,
                 &context.steady,
                 &complete.direction(recorded),
+                nominal.moved_kg(run, motion),
                 is_averaged,
                 quality,
             ));
