@@ -283,6 +283,24 @@ fn a_joint_that_sharpens_a_bent_rail_is_part_of_the_bend_and_one_of_several_time
     assert!(both.iter().any(|id| id == "rail-joint") && both.iter().any(|id| id == "rail-straightness"), "{both:?}");
 }
 
+/// Balls that have crossed a joint run higher from there on: at first sight a wave of twice the stroke.
+#[test]
+fn a_joint_whose_second_rail_lies_higher_is_a_joint_and_no_bend() {
+    for place_m in [0.21, 0.4] {
+        let course = strokes(&[0.02, 0.05, 0.1, 0.2], 0.6, 0.2, 3000.0);
+        let Course { run, motion } = &course;
+        let beyond = |x: &f64| ((x - place_m) / 0.09 + 0.5).clamp(0.0, 1.0);
+        let preload = motion.position_m.iter().map(|x| 3000.0 * (1.0 + 0.06 * beyond(x))).collect();
+        let force = simulation().force(&Run { preload_n: Some(preload), ..run.clone() }, motion).unwrap();
+        let mut noise = Noise::new(11, 0);
+        let drag_force_n = force.iter().map(|force| force + NOISE_N * noise.gaussian()).collect();
+        let found = diagnosis(&[Run { drag_force_n, ..run.clone() }]);
+        assert_eq!(sets(&found), [["rail-joint"]], "{place_m}");
+        let place = found.mechanisms[0].parameters.iter().find(|number| number.name == "place_m").expect("it has one");
+        assert!((place.value - place_m).abs() < 0.02, "{place:?}");
+    }
+}
+
 /// The preload swells and falls along the rail by the same share at 500 N and at 8 kN, as where the mount gives; a rail that
 /// is bent by micrometres would change the light one six times as much.
 #[test]

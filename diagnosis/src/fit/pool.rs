@@ -118,7 +118,7 @@ impl Pool {
             .collect();
         let before = self.whole.len();
         for source in leading {
-            self.complete(bench, &left, &source);
+            self.complete(bench, fit, &left, &source);
         }
         if self.whole.len() == before {
             return order;
@@ -130,7 +130,7 @@ impl Pool {
     pub(crate) fn best_of(&mut self, bench: &Bench<'_>, source: &Source, fit: &Fit) -> Option<(Candidate, Gain)> {
         let Source::Mechanism { definition, .. } = source else { return None };
         if !self.whole.contains(&definition.id) {
-            self.complete(bench, &Left::of(bench, fit), source);
+            self.complete(bench, fit, &Left::of(bench, fit), source);
         }
         let of_kind =
             |c: &&mut Candidate| matches!(&c.source, Source::Mechanism { definition: d, .. } if d.id == definition.id);
@@ -170,29 +170,60 @@ impl Pool {
         .max_by(|a, b| a.1.score.total_cmp(&b.1.score))
     }
 
-    /// Adds the forms of a cause that a first look leaves out. What a form shares with the one of `source` (the place of
-    /// a joint) is where it is there.
-    fn complete(&mut self, bench: &Bench<'_>, left: &Left, source: &Source) {
+    /// Adds the forms of a cause that a first look leaves out. What a form shares with the one of `source` is where it is there;
+    /// but where a bump fits best there need be no step, so forms that have nothing but a place are looked for everywhere, and what others share
+    /// with the best of them is where it is there.
+    fn complete(&mut self, bench: &Bench<'_>, fit: &Fit, left: &Left, source: &Source) {
         let Source::Mechanism { definition, form: known, shape: known_shape } = source else { return };
         if self.whole.contains(&definition.id) {
             return;
         }
+        self.whole.push(definition.id);
+        let somewhere = self.somewhere(bench, definition);
+        let (known, known_shape) = somewhere
+            .into_iter()
+            .map(|mut candidate| {
+                bench.prepare(&mut candidate, &fit.active);
+                let score = bench.gain(&candidate, fit).score;
+                self.causes.push(candidate);
+                (self.causes.len() - 1, score)
+            })
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .and_then(|(best, _)| match &self.causes[best].source {
+                Source::Mechanism { form, shape, .. } => Some((*form, shape.clone())),
+                _ => None,
+            })
+            .unwrap_or_else(|| (*known, known_shape.clone()));
         let shared = |name: &str| {
-            let at = definition.forms[*known].shape.iter().position(|parameter| parameter.name == name)?;
+            let at = definition.forms[known].shape.iter().position(|parameter| parameter.name == name)?;
             known_shape.get(at).copied()
         };
-        self.whole.push(definition.id);
         if definition.forms.iter().any(is_wave) && !self.waves.iter().any(|wave| wave.id == definition.id) {
             self.tune(bench, left, &[definition]);
         }
         self.add_richer(bench, definition, &shared);
     }
 
-    /// Adds the richer forms of a cause over grids of their shapes, but for waves.
+    /// The richer forms of a cause that have nothing but a place, all over the stroke.
+    fn somewhere(&self, bench: &Bench<'_>, definition: &'static Definition) -> Vec<Candidate> {
+        let ends = span(bench);
+        let forms = (1..definition.forms.len()).filter(|form| has_only_a_place(&definition.forms[*form]));
+        let source = |form, shape| Source::Mechanism { definition, form, shape };
+        let everywhere =
+            |form: usize| grid(&definition.forms[form], MOST_POINTS, ends).into_iter().map(move |at| source(form, at));
+        bench.candidates(forms.flat_map(everywhere))
+    }
+
+    /// Adds the richer forms of a cause over grids of their shapes, but for waves and what [`Self::somewhere`] has.
     fn add_richer(&mut self, bench: &Bench<'_>, definition: &'static Definition, known: &dyn Fn(&str) -> Option<f64>) {
         for (form, what) in definition.forms.iter().enumerate().skip(1) {
             let is_of_stroke = what.shape.iter().any(|parameter| parameter.search == Search::StrokeStart);
-            if what.shape.is_empty() || is_wave(what) || is_balanced(what) || (bench.is_relative && is_of_stroke) {
+            if what.shape.is_empty()
+                || has_only_a_place(what)
+                || is_wave(what)
+                || is_balanced(what)
+                || (bench.is_relative && is_of_stroke)
+            {
                 continue;
             }
             let shapes = grid_around(what, MOST_POINTS_OF_RICHER, span(bench), known);
@@ -263,6 +294,10 @@ impl Pool {
     }
 }
 
+fn has_only_a_place(form: &Form) -> bool {
+    matches!(form.shape, [place] if place.search == Search::Place)
+}
+
 /// Forms of a cause that are waves.
 fn wave_forms(definition: &Definition) -> impl Iterator<Item = usize> {
     (0..definition.forms.len()).filter(|form| is_wave(&definition.forms[*form]))
@@ -293,6 +328,7 @@ fn grid_around(form: &Form, most: usize, stroke: (f64, f64), known: &dyn Fn(&str
             _ if known(parameter.name).is_some() => known(parameter.name).into_iter().collect(),
             Search::StrokeStart => vec![stroke.0],
             Search::StrokeEnd => vec![stroke.1],
+            Search::Place => places(parameter, stroke, count),
             Search::Grid
             | Search::EitherSide
             | Search::AlongStroke
@@ -309,6 +345,14 @@ fn grid_around(form: &Form, most: usize, stroke: (f64, f64), known: &dyn Fn(&str
             .collect();
     }
     points
+}
+
+/// Places of a stroke, multiples of the step of their grid: `most` of them, and one beyond either end.
+fn places(parameter: &ShapeParameter, stroke: (f64, f64), most: usize) -> Vec<f64> {
+    let step = (parameter.to - parameter.from) / (parameter.grid - 1) as f64;
+    let every = ((stroke.1 - stroke.0) / step / most as f64).ceil().max(1.0) * step;
+    let (first, last) = ((stroke.0 / every).floor(), (stroke.1 / every).ceil());
+    (0..=(last - first).max(0.0) as usize).map(|k| (first + k as f64) * every).collect()
 }
 
 fn is_within(parameter: &ShapeParameter, value: f64) -> bool {

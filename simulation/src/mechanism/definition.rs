@@ -71,6 +71,8 @@ pub enum Search {
     Grid,
     /// The same, the finer the closer to 0, which lies in the middle: `value = end·u³`, equal steps of u from -1 to 1.
     EitherSide,
+    /// A place along the rail: as [`Self::Grid`], over the recorded stroke.
+    Place,
     /// As [`Self::Grid`] up to twice the recorded stroke: a longer wave is a slope.
     AlongStroke,
     /// The same up to twice the recorded travel: a longer decay is a constant, and a seal's friction its simpler name.

@@ -75,6 +75,10 @@ const fn ratio(name: &'static str, unit: &'static str, from: f64, to: f64, grid:
     ShapeParameter { name, unit, from, to, log: true, grid, search: Search::Grid }
 }
 
+/// A place along the rail, every 50 mm of the stroke.
+const PLACE: ShapeParameter =
+    ShapeParameter { name: "place_m", unit: "m", from: -1e3, to: 1e3, log: false, grid: 40_001, search: Search::Place };
+
 /// A length of the rail that a stroke must show half of.
 const fn along_stroke(name: &'static str, from: f64, to: f64, grid: usize) -> ShapeParameter {
     ShapeParameter { name, unit: "m", from, to, log: true, grid, search: Search::AlongStroke }

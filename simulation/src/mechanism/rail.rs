@@ -3,13 +3,12 @@
 use std::f64::consts::TAU;
 
 use super::context::Context;
-use super::definition::{Columns, Definition, Form, Kind, ShapeParameter};
+use super::definition::{Columns, Definition, Form, Kind};
 use super::id::Id;
 use super::table::{FINE, entries, over_stroke};
-use super::{Free, Positive, STROKE, along_stroke, amplitude, ratio, shown, steps, wave};
+use super::{Free, PLACE, Positive, STROKE, along_stroke, amplitude, ratio, shown, wave};
 
 /// Half the loaded length of an SHS35 between two places that are tried.
-const PLACE: ShapeParameter = steps("place_m", "m", -1.5, 3.0, 91);
 
 /// E15: `dF_p/F_p = 1.5 e(x)/D` with a slow wave e(x).
 pub(super) const RAIL_STRAIGHTNESS: Definition = Definition {
@@ -251,7 +250,7 @@ pub(super) const CONTAMINATION: Definition = Definition {
         },
         Form {
             name: "later",
-            shape: &[steps("place_m", "m", -1.5, 3.0, 46), ratio("after_travel_m", "m", 0.5, 50.0, 3)],
+            shape: &[PLACE, ratio("after_travel_m", "m", 0.5, 50.0, 3)],
             amplitudes: &[amplitude("drag_n", "N", Positive, 10.0)],
             columns: |context, shape| {
                 let on = patch(context, *shape.first()?)?;

@@ -71,6 +71,7 @@ fn page() -> String {
                 | Search::Wave => {
                     format!("`{}` {} to {}{}", p.name, number(p.from), number(p.to), unit(p.unit))
                 }
+                Search::Place => format!("`{}`: a place of the stroke", p.name),
                 Search::StrokeStart | Search::StrokeEnd => format!("`{}`: an end of the stroke", p.name),
             };
             let shape: Vec<String> = form.shape.iter().map(of).collect();

@@ -7,6 +7,7 @@ mod sensors;
 
 use super::*;
 use crate::file::{Law, Simulation};
+use crate::mechanism::definition::Search;
 use crate::motion::Motion;
 use crate::run::{Break, Part, Run};
 
@@ -82,7 +83,8 @@ pub(super) fn shapes(form: &Form) -> Vec<Vec<f64>> {
     let mut points = vec![Vec::new()];
     for p in form.shape {
         let count = p.grid.min(15);
-        let value = |k: usize| p.at(k as f64 / (count - 1) as f64);
+        let share = |k: usize| k as f64 / (count - 1) as f64;
+        let value = |k: usize| if p.search == Search::Place { -0.5 + 2.0 * share(k) } else { p.at(share(k)) };
         points = points
             .iter()
             .flat_map(|point| (0..count).map(move |k| point.iter().copied().chain([value(k)]).collect()))
