@@ -194,3 +194,19 @@ fn a_structure_is_heard_beside_what_reversals_show_better_and_a_hum_is_none() {
     let found = with(&hum.collect::<Vec<f64>>());
     assert!(!ids(&found).contains(&"structural-resonance"), "{:#?}", found.mechanisms);
 }
+
+/// Two sensors, one beside a pump: a tone within the noise that the filter of the noise would take for its colour.
+#[test]
+fn a_hum_is_unknown_with_its_frequency_and_no_noise() {
+    let simulation = Simulation::from_toml(AXIS).unwrap();
+    for (rate_hz, hz, size_n) in [(250.0, 50.0, 0.2), (500.0, 50.0, 0.8), (200.0, 7.31, 0.3)] {
+        let course = strokes(rate_hz);
+        let force = simulation.force(&course.run, &course.motion).unwrap();
+        let hum = course.run.time_s.iter().map(|t| size_n * (std::f64::consts::TAU * hz * t + 0.3).sin());
+        let found = beside(&force, &hum.collect::<Vec<f64>>(), &course.run, &simulation);
+        assert_eq!(ids(&found), ["unknown"], "{hz} Hz");
+        let heard_hz = found.regions.iter().find(|region| region.axis == "frequency").map(|region| region.from);
+        assert!(heard_hz.is_some_and(|heard| (heard - hz).abs() < 0.01 * hz), "{:?}", found.regions);
+        assert!(found.noise_floor_n < 0.22, "{}", found.noise_floor_n);
+    }
+}

@@ -15,6 +15,7 @@ use crate::calibration::settle::Valley;
 use crate::fit::bench::Bench;
 use crate::fit::member::Member;
 use crate::fit::source::Source;
+use crate::fit::tone;
 use crate::noise::rows::Rows;
 use crate::nominal::{Nominal, Parameter};
 use crate::recording::side::Side;
@@ -29,7 +30,7 @@ const LEARNT: usize = 2;
 const ENOUGH: f64 = 2e-3;
 
 /// Way of a number that is tolerated, in its standard deviations.
-const TOLERATED: f64 = 3.0;
+pub(crate) const TOLERATED: f64 = 3.0;
 
 /// The law with its numbers moved.
 pub(crate) struct Calibrated<'a> {
@@ -52,12 +53,20 @@ pub(crate) fn calibrate<'a>(
 ) -> Result<Calibrated<'a>, String> {
     let mut values = nominal.start();
     let mut left = Vec::new();
-    let mut saturation = Saturation::new(rows, &side.contexts, training);
+    let mut tones = Vec::new();
+    let mut saturation = Saturation::new(rows, &side.contexts, training, &tones);
     for step in 0..MOST_STEPS {
         let mismatch = side.residual(nominal, &values)?;
         let tangent = side.tangent(nominal, &values)?;
         if step < LEARNT {
             left = saturation.rest(rows, &side.contexts, &mismatch, &tangent, &[]);
+            if step == 0 {
+                tones = tone::all(rows, &side.contexts, &left);
+            }
+            if step == 0 && !tones.is_empty() {
+                saturation = Saturation::new(rows, &side.contexts, training, &tones);
+                left = saturation.rest(rows, &side.contexts, &mismatch, &tangent, &[]);
+            }
             rows.learn(&left, saturation.kept());
         }
         let flat = rows.flat(&mismatch);
@@ -67,7 +76,7 @@ pub(crate) fn calibrate<'a>(
         values = next;
         if step == 0 && nominal.is_incomplete() {
             side = side.again(simulation, nominal, &values)?;
-            saturation = Saturation::new(rows, &side.contexts, training);
+            saturation = Saturation::new(rows, &side.contexts, training, &tones);
         }
         if step + 1 >= LEARNT && way < ENOUGH {
             break;
@@ -75,7 +84,7 @@ pub(crate) fn calibrate<'a>(
     }
     if nominal.is_incomplete() {
         side = side.again(simulation, nominal, &values)?;
-        saturation = Saturation::new(rows, &side.contexts, training);
+        saturation = Saturation::new(rows, &side.contexts, training, &tones);
     } else if is_at_limit(nominal, &values) {
         // two numbers that make up for one another lead far along a straight line: there may be a lower place on the way
         let valley = Valley { nominal, side: &side, rows, training, causes: Vec::new() };

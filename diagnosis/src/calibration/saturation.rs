@@ -37,9 +37,10 @@ pub(crate) struct Saturation {
 }
 
 impl Saturation {
-    /// `compared`: rows of all runs that knots are laid over, one entry each.
-    pub(crate) fn new(rows: &Rows, contexts: &[Context<'_>], compared: &[bool]) -> Self {
+    /// `compared`: rows of all runs that knots are laid over, one entry each. `tones`: curves that repeat fast, where there are any.
+    pub(crate) fn new(rows: &Rows, contexts: &[Context<'_>], compared: &[bool], tones: &[Curve]) -> Self {
         let mut curves = story::all(contexts, compared);
+        curves.extend_from_slice(tones);
         curves.extend(story::since_turn(contexts));
         let of_curve = |curve: &Curve| -> Vec<Vec<f32>> {
             let mut of_runs = vec![Vec::new(); story::count(curve)];

@@ -1,7 +1,7 @@
 //! What may explain a mismatch, and how much it does.
 //!
 //! ```text
-//! source         where a column comes from; story: curves without a name
+//! source         where a column comes from; story: curves without a name, tone: those that hum
 //! ends           starts and stops as the rows show them; edges: how late the force follows them; skew: clocks that drift apart
 //! bend           whether what is to be a bent rail is bent
 //! bench          the mismatch and all that may explain it, whitened; every fit is algebra on inner products
@@ -26,3 +26,4 @@ pub(crate) mod story;
 #[cfg(test)]
 mod strokes;
 mod told;
+pub(crate) mod tone;

@@ -77,7 +77,16 @@ pub(crate) fn since_turn(contexts: &[Context<'_>]) -> Option<Curve> {
 
 /// The curve that repeats after a period, s. Found by spectrum, hence not among [`all`].
 pub(crate) fn clock(period_s: f64, carrier: Carrier) -> Curve {
-    let knots = (0..=CLOCK_KNOTS).map(|k| period_s * k as f64 / CLOCK_KNOTS as f64).collect();
+    repeating(period_s, CLOCK_KNOTS, carrier)
+}
+
+/// The same of the force itself where a period has so many rows: there are no more knots.
+pub(crate) fn tone(period_s: f64, rows: usize) -> Curve {
+    repeating(period_s, rows.min(CLOCK_KNOTS), Carrier::Even)
+}
+
+fn repeating(period_s: f64, count: usize, carrier: Carrier) -> Curve {
+    let knots = (0..=count).map(|k| period_s * k as f64 / count as f64).collect();
     Curve { axis: Axis::Clock, carrier, knots }
 }
 
