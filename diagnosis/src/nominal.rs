@@ -189,12 +189,16 @@ impl Nominal {
             || self.parameters.iter().any(|parameter| parameter.which == Which::FreeMass)
     }
 
-    /// Mass that the law accelerates, kg: as given, else what the forces of a run tell of it, the slope of the force over the acceleration.
+    /// Mass that the law accelerates in a run, kg: as given, else the slope over the acceleration of the forces that another program says or
+    /// that were measured.
     pub(crate) fn moved_kg(&self, run: &Run, motion: &Motion) -> f64 {
-        if !self.parameters.iter().any(|parameter| parameter.which == Which::FreeMass) {
-            return self.simulation.axis.moved_mass_kg.unwrap_or(0.0);
-        }
-        let rows = run.drag_force_n.iter().zip(&motion.acceleration_m_s2).filter(|(f, a)| (*f * *a).is_finite());
+        let is_free = self.parameters.iter().any(|parameter| parameter.which == Which::FreeMass);
+        let force_n = match (&self.simulation.law, &run.simulated_force_n) {
+            (Law::Column { .. }, Some(column)) => column,
+            _ if is_free => &run.drag_force_n,
+            _ => return self.simulation.axis.moved_mass_kg.unwrap_or(0.0),
+        };
+        let rows = force_n.iter().zip(&motion.acceleration_m_s2).filter(|(f, a)| (*f * *a).is_finite());
         let (fa, aa) = rows.fold((0.0, 0.0), |(fa, aa), (f, a)| (fa + f * a, aa + a * a));
         if aa > 0.0 { (fa / aa).max(0.0) } else { 0.0 }
     }

@@ -51,6 +51,54 @@ fn recorded(program: &Simulation, factors: &Factors, preload_n: f64, seed: u64) 
     Run { drag_force_n, simulated_force_n: Some(told), ..run }
 }
 
+/// What is found where a program has a quarter too little friction, `coulomb_n + viscous_n_s_m·V`, and its inertia right: ramps that begin at
+/// once, at 100 Hz.
+fn found_of_friction(coulomb_n: f64, viscous_n_s_m: f64) -> Vec<String> {
+    let (rate_hz, mass_kg) = (100.0, 20.0);
+    let mut noise = Noise::new(9, 0);
+    let (mut run, mut position_m, mut told) = (Run::default(), Vec::new(), Vec::new());
+    for row in 0..9000 {
+        let t = f64::from(row) / rate_hz;
+        let (stroke, within_s) = ((t / 3.0) as usize, t % 3.0);
+        let (speed, a) = ([0.2, 0.35, 0.5][stroke / 2 % 3], 2.0);
+        let ramp_s = speed / a;
+        let cruise_s = 0.6 / speed - ramp_s;
+        let (x, v, a) = match within_s {
+            s if s < ramp_s => (0.5 * a * s * s, a * s, a),
+            s if s < ramp_s + cruise_s => (speed * (s - 0.5 * ramp_s), speed, 0.0),
+            s if s < 2.0 * ramp_s + cruise_s => {
+                let left_s = 2.0 * ramp_s + cruise_s - s;
+                (0.6 - 0.5 * a * left_s * left_s, a * left_s, -a)
+            }
+            _ => (0.6, 0.0, 0.0),
+        };
+        let (x, sign) = if stroke % 2 == 0 { (x, 1.0) } else { (0.6 - x, -1.0) };
+        let friction_n = if v > 1e-9 { coulomb_n + viscous_n_s_m * v } else { 0.0 };
+        run.time_s.push(t);
+        position_m.push((x * 1e7).round() / 1e7);
+        told.push(sign * (friction_n + mass_kg * a));
+        run.drag_force_n.push(sign * (1.25 * friction_n + mass_kg * a) + 0.15 * noise.gaussian());
+    }
+    run.parts = vec![Part { rows: 0..run.time_s.len(), segment: None, starts: Break::Start }];
+    let run = Run { position_m: Some(position_m), simulated_force_n: Some(told), ..run };
+    let found =
+        diagnose(&[run], &[], &Simulation::from_toml(COLUMN).expect("a sound file"), &Options::default()).diagnosis;
+    found.mechanisms.into_iter().map(|found| found.id).collect()
+}
+
+/// What a derived acceleration makes of the corners is no friction that the program has too little of.
+#[test]
+fn a_program_whose_friction_is_off_beside_its_inertia_is_off_by_that() {
+    assert_eq!(found_of_friction(16.0, 60.0), ["parameter-shift"]);
+}
+
+/// Where little of the friction goes with the speed, something may be named beside it, but never instead of it.
+#[test]
+fn what_has_to_be_beyond_its_tolerance_is_told() {
+    let found = found_of_friction(20.0, 8.0);
+    assert!(found.iter().any(|id| id == "parameter-shift"), "{found:?}");
+}
+
 #[test]
 fn a_program_that_was_off_within_its_tolerance_lacks_nothing() {
     let program = Simulation::from_toml(PROGRAM).expect("a sound file");

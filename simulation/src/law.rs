@@ -140,8 +140,7 @@ impl Simulation {
                     ..*factors
                 };
                 let column = run.simulated_force_n.as_deref().ok_or(Missing::SimulatedForce)?;
-                let motion = (&*motion.velocity_m_s, &*motion.acceleration_m_s2, &*direction);
-                let (force_n, inertia) = column::changed(run, column, motion, factors);
+                let (force_n, inertia) = column::changed(run, column, motion, &direction, factors);
                 let friction = force_n.iter().zip(&inertia).map(|(force, inertia)| force - inertia);
                 let drag_n = friction.zip(&direction).map(|(friction, sign)| friction * sign).collect();
                 let of_preload = |ratio: f64| -> Vec<f64> {

@@ -217,6 +217,11 @@ impl<'a> Bench<'a> {
         self.fit_signed(self.active(members), members)
     }
 
+    /// The same with one of the law's numbers held at a step.
+    pub(crate) fn fit_holding_one(&self, members: &[Member], parameter: usize, step: f64) -> Fit {
+        self.fit_holding(&self.active(members), vec![(parameter + 1, step)])
+    }
+
     fn fit_signed(&self, mut active: Vec<usize>, members: &[Member]) -> Fit {
         let mut held = Vec::new();
         loop {

@@ -1,6 +1,6 @@
 //! The search, and again around where it has led, with the noise as it looks behind what was found.
 
-use crate::calibration::{moved, shifted, way};
+use crate::calibration::{TOLERATED, moved, shifted, way};
 use crate::fit::bench::Bench;
 use crate::fit::member::{Beside, Candidate, Gain, Member, causes};
 use crate::fit::pool::{Pool, Tolerances};
@@ -17,7 +17,7 @@ use crate::search::equivalents;
 use crate::search::found::{Causes, FAR, Found, again, amplitudes};
 use crate::search::holds::{Floor, is_small, may_leave, shows_beside_leavings};
 use crate::search::open_set::{self, NoiseOf, is_clock};
-use crate::search::search;
+use crate::search::{drop_idle, search};
 
 /// A cause whose force is smaller than this share of the noise is not worth a mention.
 const FLOOR_OF_NOISE: f64 = 0.05;
@@ -129,6 +129,7 @@ pub(crate) fn run<'s>(
         drop_small(&bench, &pool, &mut members);
         shorten(&mut bench, &mut pool, &mut members);
         equivalents::exchange_refused(&mut bench, &mut pool, &tolerances, &mut members);
+        tell_shifts(&mut bench, &tolerances, &mut members);
         let doubts = doubted(&mut bench, &mut pool, &tolerances, &mut members, floor);
         // no further search, but what was found is to be true where it leads the law to
         if let Some(led) = self::led(case, &bench, &members, &values)? {
@@ -167,6 +168,43 @@ fn led(case: &Case<'_>, bench: &Bench<'_>, members: &[Member], values: &[f64]) -
         return Ok(None);
     }
     Ok(Some(case.valley(&bench.rows, causes(members)).settled(values)?).filter(|there| is_far(there)))
+}
+
+/// Share of all evidence that hangs on a number of the law beyond its tolerance, from which that is told: many rows pull stronger than
+/// any tolerance, and a little way beyond it is where forms of causes are a little wrong.
+const HANGS: f64 = 0.04;
+
+/// Takes up every number of the law that has to be beyond its tolerance for the others to explain what they do, and drops what is nothing
+/// beside them.
+fn tell_shifts(bench: &mut Bench<'_>, tolerances: &Tolerances<'_>, members: &mut Vec<Member>) {
+    let fit = bench.fit_members(members);
+    let evidence = 0.5 * (bench.fit(&bench.law()).rss - fit.rss);
+    let mut told = Vec::new();
+    for (at, parameter) in tolerances.nominal.parameters.iter().enumerate() {
+        let is_told =
+            |member: &Member| matches!(member.candidate.source, Source::Shift { parameter } if parameter == at);
+        let Some(sigma) = parameter.sigma.filter(|_| parameter.can_shift() && !members.iter().any(is_told)) else {
+            continue;
+        };
+        let led = parameter.moved(tolerances.moved[at], fit.values[at]);
+        let limit = (TOLERATED * sigma).copysign(led);
+        if led.abs() <= limit.abs() {
+            continue;
+        }
+        let within = bench.fit_holding_one(members, at, limit - tolerances.moved[at]);
+        if 0.5 * (within.rss - fit.rss) > HANGS * evidence {
+            told.push(at);
+        }
+    }
+    if members.is_empty() || told.is_empty() {
+        return;
+    }
+    for parameter in told {
+        if let Some(candidate) = bench.candidate(Source::Shift { parameter }) {
+            members.push(bench.take(candidate));
+        }
+    }
+    drop_idle(bench, members);
 }
 
 /// RMS forces from which a mismatch matters.

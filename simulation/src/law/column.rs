@@ -18,6 +18,7 @@
 use std::ops::Range;
 
 use super::Factors;
+use crate::motion::Motion;
 use crate::run::Run;
 
 /// Share of a change of viscosity or preload by which the force of a law that is known by its column alone is off, where
@@ -30,6 +31,9 @@ const CELL: f64 = 0.05;
 /// Cells to either side that a slope comes from.
 const REACH: usize = 4;
 
+/// Change of an acceleration within its window, of its largest, that is hardly one.
+const EVEN: f64 = 0.2;
+
 /// Share of what scatters within the cells of speed that must go with the acceleration to be an inertia.
 const IS_INERTIA: f64 = 0.5;
 
@@ -38,12 +42,14 @@ const IS_INERTIA: f64 = 0.5;
 pub(super) fn changed(
     run: &Run,
     force: &[f64],
-    (velocity, acceleration, direction): (&[f64], &[f64], &[f64]),
+    motion: &Motion,
+    direction: &[f64],
     factors: &Factors,
 ) -> (Vec<f64>, Vec<f64>) {
+    let (velocity, acceleration) = (&motion.velocity_m_s, &motion.acceleration_m_s2);
     let parts: Vec<Part> =
         run.profile_parts().into_iter().map(|rows| Part::of(rows, velocity, force, direction)).collect();
-    let mass = mass(&parts, (velocity, acceleration, direction), force);
+    let mass = mass(&parts, (acceleration, direction), force, &is_even(motion, run));
     let inertia: Vec<f64> = acceleration.iter().map(|a| if mass == 0.0 { 0.0 } else { mass * a }).collect();
     if *factors == Factors::default() {
         return (force.to_vec(), inertia);
@@ -91,16 +97,31 @@ impl Part {
     }
 }
 
+/// Rows around which the acceleration hardly changes: at the corners of a speed a derived one is none. All, where those are few.
+fn is_even(motion: &Motion, run: &Run) -> Vec<bool> {
+    let (a, reach) = (&motion.acceleration_m_s2, motion.acceleration_reach);
+    let largest = a.iter().map(|a| a.abs()).filter(|a| a.is_finite()).fold(0.0, f64::max);
+    let mut even = vec![false; a.len()];
+    for rows in run.part_rows() {
+        for n in rows.start + reach..rows.end.saturating_sub(reach) {
+            even[n] = (a[n + reach] - a[n - reach]).abs() < EVEN * largest;
+        }
+    }
+    let count = even.iter().filter(|even| **even).count();
+    if 2 * count < even.len() { vec![true; even.len()] } else { even }
+}
+
 /// Mass whose inertia the column holds, kg.
-fn mass(parts: &[Part], (_, acceleration, direction): (&[f64], &[f64], &[f64]), force: &[f64]) -> f64 {
+fn mass(parts: &[Part], (acceleration, direction): (&[f64], &[f64]), force: &[f64], even: &[bool]) -> f64 {
     let (mut aa, mut ay, mut yy) = (0.0, 0.0, 0.0);
     for cell in parts.iter().flat_map(Part::cells) {
-        let count = cell.len() as f64;
+        let cell: Vec<usize> = cell.iter().copied().filter(|n| even[*n]).collect();
+        let count = cell.len().max(1) as f64;
         let mean = |of: &dyn Fn(usize) -> f64| cell.iter().map(|n| of(*n)).sum::<f64>() / count;
         let (a, y) = (|n: usize| direction[n] * acceleration[n], |n: usize| direction[n] * force[n]);
         let (a0, y0) = (mean(&a), mean(&y));
         for n in cell {
-            let (a, y) = (a(*n) - a0, y(*n) - y0);
+            let (a, y) = (a(n) - a0, y(n) - y0);
             (aa, ay, yy) = (aa + a * a, ay + a * y, yy + y * y);
         }
     }
@@ -194,7 +215,15 @@ mod tests {
         let acceleration: Vec<f64> = (0..rows).map(|n| ((n * 7919) % 101) as f64 * 0.01 - 0.5).collect();
         let heavy: Vec<f64> = force.iter().zip(&acceleration).map(|(f, a)| f + 20.0 * a).collect();
         let factors = Factors { friction: 1.1, viscosity: 1.1, ..Factors::default() };
-        let (told, _) = changed(&run, &heavy, (&velocity, &acceleration, &direction), &factors);
+        let motion = Motion {
+            position_m: vec![0.0; rows],
+            velocity_m_s: velocity.clone(),
+            acceleration_m_s2: acceleration.clone(),
+            reach: 1,
+            acceleration_reach: 2,
+            has_position: false,
+        };
+        let (told, _) = changed(&run, &heavy, &motion, &direction, &factors);
         for n in (0..rows).filter(|n| velocity[*n].abs() > 0.01) {
             let v = velocity[n].abs();
             let exact = velocity[n].signum() * 1.1 * (3.0 + 5.5 * v + 2.0 * (-1.1 * v / 0.02).exp());
@@ -224,8 +253,7 @@ mod tests {
             for (preload, viscosity) in [(0.05, 0.0), (0.0, 0.05)] {
                 let factors = Factors { preload: 1.0 + preload, viscosity: 1.0 + viscosity, ..Factors::default() };
                 let exact = law(&factors).force_n;
-                let motions = (&*motion.velocity_m_s, &*motion.acceleration_m_s2, &*given.direction);
-                let (told, _) = changed(run, &given.force_n, motions, &factors);
+                let (told, _) = changed(run, &given.force_n, motion, &given.direction, &factors);
                 let moves = |n: &usize| given.direction[*n] != 0.0 && motion.acceleration_m_s2[*n].abs() < 1e-3;
                 let rms = |of: &dyn Fn(usize) -> f64| {
                     let squares: Vec<f64> = (0..run.len()).filter(moves).map(|n| of(n) * of(n)).collect();
