@@ -22,13 +22,18 @@ pub(crate) fn coarsest(nominal: &Nominal, runs: &[Run], motions: &[Motion]) -> u
     if !derived || !nominal.accelerates_mass() {
         return 1;
     }
-    let has_corners =
-        |(run, motion): (&Run, &Motion)| unresolved(run, motion, nominal.moved_kg(run, motion)).contains(&true);
-    if runs.iter().zip(motions).any(has_corners) {
+    if has_corners(nominal, runs, motions) {
         return 1;
     }
     let most = runs.iter().map(Run::len).sum::<usize>() / FEWEST;
     (8 * motions.iter().map(|motion| motion.acceleration_reach).max().unwrap_or(0)).min(most).max(1)
+}
+
+/// Whether a mass is accelerated so suddenly that rows are [`unresolved`].
+pub(crate) fn has_corners(nominal: &Nominal, runs: &[Run], motions: &[Motion]) -> bool {
+    let of_run =
+        |(run, motion): (&Run, &Motion)| unresolved(run, motion, nominal.moved_kg(run, motion)).contains(&true);
+    runs.iter().zip(motions).any(of_run)
 }
 
 /// Rows whose derived acceleration is not that of the carriage: within the window of a corner of the speed, where a parabola rounds it. An error

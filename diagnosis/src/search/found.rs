@@ -149,6 +149,12 @@ impl<'s> Causes<'s> {
             keep(&mut doubts, &acts);
             keep(&mut sets, &acts);
             calibrated = start.to_vec();
+            if !members.is_empty() && is_worse(case, &bench, &members, &fit, (&calibrated, start))? {
+                members.clear();
+                doubts.clear();
+                sets.clear();
+                fit = bench.fit_members(&members).standing(&bench.fit_beside_law(&members));
+            }
         }
         let with_shifts = shifted(nominal, &calibrated, &members, &amplitudes(&members, &fit));
         let tested = [Some(self.p_no_mismatch), Some(p_of_surest(&bench, pool, &members)), p_of_landing];
