@@ -24,7 +24,7 @@ use crate::numbers::rounding::quantum;
 use crate::numbers::statistics::rms;
 use crate::recording::condense::{condensed, factor};
 use crate::recording::moving::Moving;
-use crate::recording::resolution::{coarsest, has_corners};
+use crate::recording::resolution::coarsest;
 use crate::recording::sanity;
 use crate::recording::side::Side;
 use crate::report::{DataQuality, Diagnosis, Holdout, SCHEMA, Unexplained, Verdict};
@@ -135,10 +135,8 @@ fn attempt(
     let moving = moving.calmed(!is_noisy);
     let runs = &*moving.runs;
     let coarsest = coarsest(&nominal, runs, &moving.motions);
-    // an average has no fast acceleration, beside corners nothing tells one that no tolerance holds, and what a noisy speed makes of it
-    // has a name
-    let is_slow = coarsest > 1 || (nominal.is_incomplete() && has_corners(&nominal, runs, &moving.motions));
-    let nominal = if is_noisy || is_slow { nominal.of_law() } else { nominal };
+    // an average has no fast acceleration, and what a noisy speed makes of it has a name
+    let nominal = if is_noisy || coarsest > 1 { nominal.of_law() } else { nominal };
     let side = Side::new(simulation, &nominal, &nominal.start(), &moving, together > 1, quality)?;
     quality.count_averages(together);
     if !nominal.is_incomplete() {

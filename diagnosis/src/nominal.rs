@@ -203,6 +203,11 @@ impl Nominal {
         if aa > 0.0 { (fa / aa).max(0.0) } else { 0.0 }
     }
 
+    /// Whether the inertia is in a column, and exact for as long as the program's friction is not far off.
+    pub(crate) fn holds_its_inertia(&self) -> bool {
+        matches!(self.simulation.law, Law::Column { .. })
+    }
+
     /// Share of what calibration changes that its derivatives may be off by.
     pub(crate) fn error_of_derivatives(&self) -> f64 {
         if matches!(self.simulation.law, Law::Column { .. }) { ERROR_OF_COLUMN } else { 0.0 }

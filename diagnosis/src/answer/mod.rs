@@ -38,6 +38,7 @@ use crate::recording::side::Side;
 use crate::report::{DataQuality, Diagnosis, Finding, NextExperiment, Region, SCHEMA, Unexplained, Verdict};
 use crate::search::equivalents;
 use crate::search::found::Found;
+use crate::search::passes::{LEAST_SHARE, imitated};
 use crate::search::refit;
 
 /// Error on rows that were set aside, of that of the simulation as it was given, from which on a warning is due.
@@ -73,7 +74,7 @@ pub(crate) fn write(
     let beside = shown.findings(fitted.map(|at| &mut findings[at].0));
     findings.extend(beside);
     let least_n = found.irrelevant_n.max(FAR_OFF * balance.noise_n);
-    let is_far_off = found.members.is_empty() && balance.unexplained_n > least_n;
+    let is_far_off = found.members.is_empty() && balance.unexplained > LEAST_SHARE && balance.unexplained_n > least_n;
     findings.extend(is_far_off.then(|| (far_off(balance.unexplained), None)));
     let next_experiment = next_experiment(nominal, side, found, &findings);
     findings.sort_by(|a, b| b.0.share_of_mismatch.total_cmp(&a.0.share_of_mismatch));
@@ -127,7 +128,7 @@ fn of_members(
         .zip(amplitudes)
         .map(|(member, amplitudes)| found.bench.force(&member.candidate.source, amplitudes))
         .collect();
-    let shares = shares(&found.bench.rows, &found.bench.tangent, &forces, balance.explained());
+    let shares = shares(&found.bench.rows, &imitated(&found.bench, &found.members), &forces, balance.explained());
     let variances = found.fit.variances();
     let of = |(at, member): (usize, &Member)| {
         let mut finding = finding(nominal, found, &variances, at, &amplitudes[at], shares[at]);

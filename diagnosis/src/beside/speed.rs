@@ -12,7 +12,7 @@ use crate::calibration::calibrate;
 use crate::noise::rows::Rows;
 use crate::noise::third_differences;
 use crate::nominal::Nominal;
-use crate::numbers::statistics::rms;
+use crate::numbers::statistics::{rms, robust_sigma};
 use crate::recording::moving::Moving;
 use crate::recording::resolution::coarsest;
 use crate::recording::sanity::FEWEST_ROWS;
@@ -88,7 +88,9 @@ pub(crate) fn set_aside(simulation: &Simulation, nominal: &Nominal, recorded: &M
     let forces = [&as_recorded, &as_derived].map(|side| side.force(nominal, &nominal.start()));
     let [Ok(with), Ok(without)] = forces else { return None };
     let effect = rms(&common(&both, with.iter().zip(&without).map(|(a, b)| a - b)));
-    let noise = runs.iter().map(|run| rms(&third_differences(&run.drag_force_n))).fold(f64::INFINITY, f64::min);
+    // a reversal is no noise of the force
+    let noise =
+        runs.iter().map(|run| robust_sigma(&third_differences(&run.drag_force_n))).fold(f64::INFINITY, f64::min);
     if !nominal.is_incomplete() && !(effect > WORTH_A_LOOK * noise) {
         return None;
     }

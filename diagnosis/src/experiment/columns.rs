@@ -154,7 +154,7 @@ pub(super) fn of_run(
     for Course { run, motion } in &courses {
         let context = Context::of(&heavier, run, motion).ok()?;
         let keep =
-            compared(run, motion, &context.steady, &context.steady.direction, 0.0, false, &mut DataQuality::default());
+            compared(run, motion, &context.steady, &context.steady.direction, &[], false, &mut DataQuality::default());
         weights.extend(keep.iter().map(|keep| if free || *keep { 1.0 / found.noise_n } else { 0.0 }));
         let force = nominal.force(&found.calibrated, run, motion).ok()?;
         let direction = &context.steady.direction;

@@ -13,6 +13,12 @@ const FEWEST: usize = 1000;
 /// An acceleration is not resolved where its error is larger than noise and so many times what it mostly is.
 const OUTSTANDING: f64 = 5.0;
 
+/// Share of a run's rows from which corners are left out: a few are averaged away with the rest, or told by what is fast in the acceleration.
+const OFTEN: f64 = 0.03;
+
+/// The largest such share beside a column of force.
+const MOST_OF_COLUMN: f64 = 0.15;
+
 /// Rows that are averaged to one. A force follows a step of the acceleration at once; the acceleration that the
 /// parabola through `2m + 1` positions tells is 2 % short at a period of `32 m` rows and nothing above. Averages of
 /// `8 m` rows compare both where both are right, as far as enough of them are left. Where the acceleration is smooth but for
@@ -22,30 +28,29 @@ pub(crate) fn coarsest(nominal: &Nominal, runs: &[Run], motions: &[Motion]) -> u
     if !derived || !nominal.accelerates_mass() {
         return 1;
     }
-    if has_corners(nominal, runs, motions) {
+    if runs.iter().zip(motions).any(|(run, motion)| unresolved(nominal, run, motion).contains(&true)) {
         return 1;
     }
     let most = runs.iter().map(Run::len).sum::<usize>() / FEWEST;
     (8 * motions.iter().map(|motion| motion.acceleration_reach).max().unwrap_or(0)).min(most).max(1)
 }
 
-/// Whether a mass is accelerated so suddenly that rows are [`unresolved`].
-pub(crate) fn has_corners(nominal: &Nominal, runs: &[Run], motions: &[Motion]) -> bool {
-    let of_run =
-        |(run, motion): (&Run, &Motion)| unresolved(run, motion, nominal.moved_kg(run, motion)).contains(&true);
-    runs.iter().zip(motions).any(of_run)
-}
-
 /// Rows whose derived acceleration is not that of the carriage: within the window of a corner of the speed, where a parabola rounds it. An error
-/// that is everywhere alike is no corner, and one below the noise of the force does no harm.
-pub(crate) fn unresolved(run: &Run, motion: &Motion, moved_kg: f64) -> Vec<bool> {
+/// that is everywhere alike is no corner, and one below the noise of the force does no harm. None of a column of force where there would be many: it holds its
+/// inertia, which is exact for as long as the friction in it is not far off.
+pub(crate) fn unresolved(nominal: &Nominal, run: &Run, motion: &Motion) -> Vec<bool> {
+    let moved_kg = nominal.moved_kg(run, motion);
     if run.acceleration_m_s2.is_some() || !(moved_kg > 0.0) {
         return vec![false; run.len()];
     }
     let error_n = rounded_off_n(run, motion, moved_kg);
     let usual_n = robust_sigma(&error_n);
     let noise_n = robust_sigma(&third_differences(&run.drag_force_n));
-    error_n.iter().map(|error_n| *error_n > noise_n && *error_n > OUTSTANDING * usual_n).collect()
+    let found: Vec<bool> =
+        error_n.iter().map(|error_n| *error_n > noise_n && *error_n > OUTSTANDING * usual_n).collect();
+    let share = found.iter().filter(|unresolved| **unresolved).count() as f64 / run.len().max(1) as f64;
+    let too_many = nominal.holds_its_inertia() && share > MOST_OF_COLUMN;
+    if share < OFTEN || too_many { vec![false; run.len()] } else { found }
 }
 
 /// Error of the force of inertia by a derived acceleration, N: the second derivative of a parabola through `2m + 1` rows of a

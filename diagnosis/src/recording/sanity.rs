@@ -7,7 +7,6 @@ use simulation::run::{Break, Run};
 use crate::noise::third_differences;
 use crate::numbers::rounding::quantum;
 use crate::numbers::statistics::robust_sigma;
-use crate::recording::resolution::unresolved;
 use crate::report::DataQuality;
 
 /// No guide carries more, N.
@@ -19,14 +18,14 @@ pub(crate) const FEWEST_ROWS: usize = 200;
 /// Marks the rows of one run that can be compared, and counts the others.
 ///
 /// The law has no value at rest, and within the window of differentiation around a start, a stop or a reversal, and behind a
-/// break, the sign of the velocity is not known. `recorded` is that sign before the velocity was made calm, `moved_kg` the mass that
-/// the law accelerates.
+/// break, the sign of the velocity is not known. `recorded` is that sign before the velocity was made calm, `unresolved`
+/// are rows whose acceleration is not known, where there are any.
 pub(crate) fn compared(
     run: &Run,
     motion: &Motion,
     steady: &Steady,
     recorded: &[f64],
-    moved_kg: f64,
+    unresolved: &[bool],
     is_averaged: bool,
     quality: &mut DataQuality,
 ) -> Vec<bool> {
@@ -72,8 +71,7 @@ pub(crate) fn compared(
     reject("around-start-stop-reversal", &mut |n| near[n]);
     let blur = blur_m_s(run, motion);
     reject("speed-not-resolved", &mut |n| blur[n] > RESOLVED * motion.velocity_m_s[n].abs());
-    let unresolved = unresolved(run, motion, moved_kg);
-    reject("acceleration-not-resolved", &mut |n| unresolved[n]);
+    reject("acceleration-not-resolved", &mut |n| unresolved.get(n) == Some(&true));
     let step_s = run.step_s();
     let changes = |n: usize| motion.acceleration_m_s2[n].abs() * step_s > STEADY * motion.velocity_m_s[n].abs();
     reject("speed-changes-within-average", &mut |n| is_averaged && changes(n));
@@ -371,7 +369,7 @@ mod tests {
         };
         let motion = Motion::of(&run);
         let steady = Steady { force_n: vec![20.0; 1000], direction: vec![1.0; 1000], ..Steady::default() };
-        let keep = compared(&run, &motion, &steady, &steady.direction, 0.0, false, &mut DataQuality::default());
+        let keep = compared(&run, &motion, &steady, &steady.direction, &[], false, &mut DataQuality::default());
         let left_out: Vec<usize> = (0..1000).filter(|n| !keep[*n]).collect();
         let behind = |start: usize| start..start + motion.reach;
         assert_eq!(left_out, behind(300).chain(behind(600)).chain(behind(900)).collect::<Vec<usize>>());

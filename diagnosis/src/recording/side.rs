@@ -7,6 +7,7 @@ use simulation::run::Run;
 
 use crate::nominal::Nominal;
 use crate::recording::moving::Moving;
+use crate::recording::resolution::unresolved;
 use crate::recording::sanity::{self, ChannelEnds};
 use crate::report::DataQuality;
 
@@ -59,7 +60,7 @@ impl<'a> Side<'a> {
                 motion,
                 &context.steady,
                 &complete.direction(recorded),
-                nominal.moved_kg(run, motion),
+                &unresolved(nominal, run, motion),
                 is_averaged,
                 quality,
             ));

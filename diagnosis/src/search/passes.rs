@@ -126,10 +126,10 @@ pub(crate) fn run<'s>(
             continue;
         }
         let noise_n = noise_rms(&rows, &left);
+        tell_shifts(&mut bench, &tolerances, &mut members);
         drop_small(&bench, &pool, &mut members);
         shorten(&mut bench, &mut pool, &mut members);
         equivalents::exchange_refused(&mut bench, &mut pool, &tolerances, &mut members);
-        tell_shifts(&mut bench, &tolerances, &mut members);
         let doubts = doubted(&mut bench, &mut pool, &tolerances, &mut members, floor);
         // no further search, but what was found is to be true where it leads the law to
         if let Some(led) = self::led(case, &bench, &members, &values)? {
@@ -239,8 +239,9 @@ fn drop_small(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>) {
         let fit = bench.fit_members(members);
         let amplitudes = amplitudes(members, &fit);
         let force = |(member, x): (&Member, &Vec<f64>)| bench.force(&member.candidate.source, x);
+        let tangent = imitated(bench, members);
         let forces: Vec<Vec<f64>> =
-            members.iter().zip(&amplitudes).map(|pair| beyond(&bench.rows, &bench.tangent, &force(pair))).collect();
+            members.iter().zip(&amplitudes).map(|pair| beyond(&bench.rows, &tangent, &force(pair))).collect();
         // its own force and those of all that may leave it
         let together = |at: usize| -> Vec<&[f64]> {
             let leaving = |other: &usize| *other != at && may_leave(&members[*other], &members[at].candidate);
@@ -275,6 +276,15 @@ fn drop_small(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>) {
             None => return,
         };
     }
+}
+
+/// What the law may imitate of a force: a number of it that is off is a cause, and imitates nothing.
+pub(crate) fn imitated(bench: &Bench<'_>, members: &[Member]) -> Vec<Vec<f64>> {
+    let is_off = |at: usize| {
+        let is_it = |member: &Member| matches!(member.candidate.source, Source::Shift { parameter } if parameter == at);
+        members.iter().any(is_it)
+    };
+    bench.tangent.iter().enumerate().filter(|(at, _)| !is_off(*at)).map(|(_, column)| column.clone()).collect()
 }
 
 /// What the others do not imitate of the first force, of all of them, each squared by itself: where two pull against one

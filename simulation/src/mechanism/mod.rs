@@ -75,7 +75,7 @@ const fn ratio(name: &'static str, unit: &'static str, from: f64, to: f64, grid:
     ShapeParameter { name, unit, from, to, log: true, grid, search: Search::Grid }
 }
 
-/// A place along the rail, every 50 mm of the stroke.
+/// A place along the rail, every 50 mm of the stroke: half the loaded length of an SHS35.
 const PLACE: ShapeParameter =
     ShapeParameter { name: "place_m", unit: "m", from: -1e3, to: 1e3, log: false, grid: 40_001, search: Search::Place };
 

@@ -8,8 +8,6 @@ use super::id::Id;
 use super::table::{FINE, entries, over_stroke};
 use super::{Free, PLACE, Positive, STROKE, along_stroke, amplitude, ratio, shown, wave};
 
-/// Half the loaded length of an SHS35 between two places that are tried.
-
 /// E15: `dF_p/F_p = 1.5 e(x)/D` with a slow wave e(x).
 pub(super) const RAIL_STRAIGHTNESS: Definition = Definition {
     id: Id::RailStraightness,
