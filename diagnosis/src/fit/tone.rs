@@ -96,10 +96,12 @@ impl Rest {
     /// Frequencies whose bin stands out of those around it.
     fn lines_hz(&self) -> Vec<f64> {
         let per_s = 1.0 / self.step_s;
-        let bins = ((PADDED * self.span_s * per_s) as usize).next_power_of_two();
-        if bins > MOST_BINS {
+        let places = PADDED * self.span_s * per_s;
+        // a clock that jumps by years has more than can be counted
+        if !(places <= MOST_BINS as f64) {
             return Vec::new();
         }
+        let bins = (places as usize).next_power_of_two();
         let mut sums = vec![Complex::new(0.0, 0.0); bins];
         for (t, x) in self.time_s.iter().zip(&self.value) {
             sums[((t * per_s) as usize).min(bins - 1)].re += x;
