@@ -3,7 +3,7 @@ import argparse
 import json
 import sys
 from pathlib import Path
-from . import cases, noise
+from . import cases, manners, noise
 from .composition import development_set, grid_set, mixed_set
 
 
@@ -19,6 +19,7 @@ def main(argv=None):
     m.add_argument("--noise", choices=noise.LAWS, default="white")
     m.add_argument("--noise-level", type=float, default=1.0, help="%% of each run's RMS (default 1)")
     m.add_argument("--variant", type=int, help="number of the undecidable design or of the damage")
+    m.add_argument("--manner", choices=manners.NAMES, default="laboratory", help="how the machine is moved and logged")
     m.add_argument("--short", action="store_true", help="6 runs of 20 s instead of 12 of 30 s")
     m.add_argument("--plain", action="store_true", help="one file, no hold-out, no force column form")
     m.add_argument("--out", type=Path, required=True)
@@ -40,7 +41,7 @@ def main(argv=None):
     sub.add_parser("list", help="ids, titles, designs, damages")
     a = p.parse_args(argv)
     if a.command == "make":
-        t = cases.build(a.seed, a.kind, a.out, a.effect, a.strength, a.noise, a.short, a.noise_level, a.variant, not a.plain)
+        t = cases.build(a.seed, a.kind, a.out, a.effect, a.strength, a.noise, a.short, a.noise_level, a.variant, not a.plain, a.manner)
         print(a.out, ",".join(f"{e['id']}:{e['strength_alone_pct']:.3f}%" for e in t["effects"]) or "nothing", t["expected_verdict"])
         return 0
     if a.command == "set":
@@ -60,6 +61,7 @@ def main(argv=None):
         return run()
     for title, names in (("physics", cases.PHYSICS), ("sensor", cases.SENSORS), ("unknown", cases.UNKNOWN), ("damage", cases.DAMAGES), ("axis", cases.AXIS_IDS)):
         print(title + ":", " ".join(names))
+    print("manner:", " ".join(manners.NAMES))
     for i, u in enumerate(cases.UNDECIDABLE):
         print("undecidable", i, u[0], u[1], u[2], u[3])
     return 0

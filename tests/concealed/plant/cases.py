@@ -1,7 +1,7 @@
 """Designs and cases: which session, which effects, which files."""
 from pathlib import Path
 import numpy as np
-from . import force_effects, friction_effects, noise, preload_effects, sensor_effects, unknown_effects, writer
+from . import force_effects, friction_effects, manners, noise, preload_effects, sensor_effects, unknown_effects, writer
 from .alike import standing
 from .ballguide import BallGuide
 from .damage import DAMAGES
@@ -36,16 +36,16 @@ UNDECIDABLE = (
 )
 
 
-def design(rng, law, ids, short):
+def design(rng, law, ids, short, manner="laboratory"):
     """The measuring programme, adapted to what is hidden only where the effect would not show at all otherwise."""
     if law == "axis":
         return {"rate": 1000, "oversample": 2, "stroke": 0.24, "preload": (3000, 3000), "speed": (0.008, 0.14), "accel": 1.5, "dwell": (0.05, 0.5),
-                "kinds": ["wide"], "jerk_time": 0.04, "ripple": 0.002, "inert": 0.05, "gap": (20, 60), "warming": 2.5, "rail_share": 0.5}
+                "kinds": ["wide"], "jerk_time": 0.04, "ripple": 0.002, "inert": 0.05, "gap": (20, 60), "warming": 2.5, "rail_share": 0.5} | manners.draw(rng, manner, law, ids)
     kinds = ["moves", "micro", "fast", "moves", "modulation", "slow"] if short else \
         ["moves", "fast", "micro", "moves", "modulation", "slow", "moves", "fast", "micro", "moves", "moves", "slow"]
     d = {"rate": 200, "oversample": 5, "stroke": 1.2, "preload": (500.0, 9000.0), "speed": (0.1 / 60, 1.0), "accel": 3.0, "dwell": (0.1, 0.8), "kinds": kinds,
          "jerk_time": 0.03, "ripple": 0.005, "gap": (20, 150), "warming": float(rng.uniform(6, 10)), "rail_share": float(rng.uniform(0.3, 0.8)),
-         "travel_scale": 0.4 if short else 1.0}
+         "travel_scale": 0.4 if short else 1.0} | manners.draw(rng, manner, law, ids)
     if "breakaway-dwell" in ids:
         d |= {"kinds": ["slow", "slow", "moves"], "dwell": (0.1, 3.0), "preload": (1000.0, 6000.0)}
     if "starvation" in ids:
@@ -87,14 +87,14 @@ def axis_world(rng, ids, tolerance):
     return w
 
 
-def build(seed, kind, out, effect=None, strength=3.0, law="white", short=False, level=1.0, variant=None, extras=True):
+def build(seed, kind, out, effect=None, strength=3.0, law="white", short=False, level=1.0, variant=None, extras=True, manner="laboratory"):
     """Make one case in folder `out`; returns the truth dictionary."""
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
     rng = np.random.Generator(np.random.PCG64(seed))
     plan = _plan(rng, kind, effect, variant)
     ids, is_axis = plan["ids"], plan["law"] == "axis"
-    d = design(rng, plan["law"], ids, short) | plan["design"]
+    d = design(rng, plan["law"], ids, short, manner) | plan["design"]
     if d.get("one_way"):
         d["kinds"] = [d["one_way"]]
     if d.get("no_micro"):
@@ -112,6 +112,7 @@ def build(seed, kind, out, effect=None, strength=3.0, law="white", short=False, 
     runs, seconds = (int(rng.integers(1, 3)), 25.0) if is_axis else ((6, 20.0) if short else (12, 30.0))
     if is_axis and short:
         runs = 1
+    seconds = d.get("seconds", seconds)
     off = rng.random() < 0.5
     if off:
         for n in ("preload", "friction", "viscosity") if not is_axis else ("friction",):
@@ -169,7 +170,7 @@ def build(seed, kind, out, effect=None, strength=3.0, law="white", short=False, 
     damage = DAMAGES[plan["damage"]](rng) if plan["damage"] else None
     n_files = 1 if is_axis or kind == "damaged" or rng.random() < 0.8 else int(rng.integers(2, 4))
     true_noise = np.random.Generator(np.random.PCG64([seed, 5]))
-    rows, sigma = _record(true_noise, c, w, chosen, force, law, level, show, column_form, 0.0)
+    rows, sigma = _record(true_noise, c, w, chosen, force, law, level, show, column_form, d, 0.0)
     files = []
     for i, part in enumerate(np.array_split(np.arange(runs), n_files)):
         name = "recording.csv" if i == 0 else f"recording-{i + 1}.csv"
@@ -179,7 +180,7 @@ def build(seed, kind, out, effect=None, strength=3.0, law="white", short=False, 
     if hold is not None:
         held = _reading(hold, w, chosen)
         shift = float(rng.uniform(-0.4, 0.4)) if relative else 0.0
-        rows_h, _ = _record(true_noise, hold, w, chosen, held, law, level, show, column_form, shift)
+        rows_h, _ = _record(true_noise, hold, w, chosen, held, law, level, show, column_form, d, shift)
         writer.table(rows_h, out / "holdout.csv")
         np.save(out / "truth-force-holdout.npy", held.astype(np.float32))
     stated = {}
@@ -194,7 +195,7 @@ def build(seed, kind, out, effect=None, strength=3.0, law="white", short=False, 
             "rows": int(force.size), "runs": [{"kind": k, "preload_n": float(p), "external_load_n": float(x)} for k, p, x in zip(c.kinds, c.preload[:, 0], c.external[:, 0])],
             "stated_constants_off": {k: v - 1 for k, v in w.gains.items() if not k.startswith("_")}, "tolerance": tolerance, "files": files,
             "holdout": None if hold is None else {"file": "holdout.csv", "position_shift_m": shift, "relative": relative}, "force_column": column_form,
-            "damage": damage.story if damage else None, "columns": list(rows), "short": short}
+            "damage": damage.story if damage else None, "columns": list(rows), "short": short, "manner": manner}
     writer.truth(data, out / "truth.json")
     return data
 
@@ -250,7 +251,8 @@ def _reading(c, w, chosen):
 
 
 def _columns_shown(rng, is_axis, w, ids, d, kind):
-    show = {"velocity": rng.random() < 0.5, "position": True, "acceleration": w.mass > 0 or rng.random() < (0.6 if "inertia" in ids else 0.3), "rail": rng.random() < 0.6,
+    accelerated = rng.random() < d["measured_acceleration"] if "measured_acceleration" in d else w.mass > 0
+    show = {"velocity": d.get("velocity", rng.random() < 0.5), "position": not d.get("by_speed"), "acceleration": accelerated or rng.random() < (0.6 if "inertia" in ids else 0.3), "rail": rng.random() < 0.6,
             "ambient": rng.random() < 0.5, "preload": not is_axis and (d["preload"][0] < d["preload"][1] or rng.random() < 0.5), "external": "external-load" in ids or "decoy_weight" in d}
     if is_axis:
         show |= {"acceleration": rng.random() < 0.3, "rail": False}
@@ -267,7 +269,7 @@ def _sigma(c, force, level):
     return level / 100 * np.array([np.sqrt(np.mean(f[m] ** 2)) if m.any() else np.sqrt(np.mean(f**2)) for f, m in zip(force, moving)])
 
 
-def _record(rng, c, w, chosen, force, law, level, show, column_form, shift):
+def _record(rng, c, w, chosen, force, law, level, show, column_form, d, shift):
     """Columns with sensor noise; the seed of the noise does not depend on what is hidden."""
     rate = c.fs / c.keep
     sigma = _sigma(c, force, level)
@@ -275,13 +277,15 @@ def _record(rng, c, w, chosen, force, law, level, show, column_form, shift):
     if law == "quantised":
         step = float(np.median(sigma))
         reading = np.round(reading / step) * step
-    y, v = c.rec(c.y) + shift, c.rec(c.v)
+    y, v = c.rec(c.y) + c.zero + shift, c.rec(c.v)
     for e, k in chosen:
         reading = e.after_noise(c, w, k, reading)
         if type(e).channels is not Effect.channels:
             y, v = e.channels(c, w, k, y, v)
     run = np.broadcast_to(np.arange(1, len(y) + 1)[:, None], y.shape)
-    rows = {"time_s": (c.rec(c.t), "%.4f"), "position_m": (y, "%.8f" if w.law == "axis" else "%.7f")}
+    rows = {"time_s": (c.rec(c.t), "%.4f"), "position_m": (y, "%.8f" if w.law == "axis" else "%.6f" if d.get("micrometres") else "%.7f")}
+    if not show["position"]:
+        del rows["position_m"]
     if show["velocity"]:
         rows["velocity_m_s"] = (v + 2e-6 * rng.standard_normal(v.shape), "%.6f")
     rows["drag_force_n"] = (reading, "%.5f")

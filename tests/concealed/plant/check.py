@@ -4,7 +4,7 @@ import tempfile
 import tomllib
 from pathlib import Path
 import numpy as np
-from . import cases, noise
+from . import cases, manners, noise
 from .ballguide import BallGuide, walther
 from .pipeline import difference, solve, true_force
 from .session import RATE_MOVING, make
@@ -117,7 +117,7 @@ def _contract(tmp):
     bad, ratio = [], []
     for i, (kind, effect) in enumerate(todo):
         out = tmp / f"contract-{i}"
-        t = cases.build(700 + i, kind, out, effect, 2.0, "white", True)
+        t = cases.build(700 + i, kind, out, effect, 2.0, "white", True, manner=manners.NAMES[i % len(manners.NAMES)])
         last = -np.inf
         for name in t["files"] + (["holdout.csv"] if t["holdout"] else []):
             head, x = _read(out / name)

@@ -61,7 +61,7 @@ class StructuralResonance(Effect):
 
     def draw(self, rng, world, design):
         top = 0.35 * design["rate"]
-        self.p = {"frequency_hz": rng.uniform(25, min(70, top)), "damping": rng.uniform(0.01, 0.04), "mass_kg": rng.uniform(3, 12), "noise_share": rng.uniform(0.15, 0.4)}
+        self.p = {"frequency_hz": rng.uniform(min(25, 0.2 * design["rate"]), min(70, top)), "damping": rng.uniform(0.01, 0.04), "mass_kg": rng.uniform(3, 12), "noise_share": rng.uniform(0.15, 0.4)}
 
     def add(self, c, w, k, force):
         f0, z = self.p["frequency_hz"], self.p["damping"]

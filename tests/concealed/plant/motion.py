@@ -1,7 +1,7 @@
 """Realistic motion: jerk-limited moves, sines and modulated travel with velocity ripple.
 
 A trapezoidal velocity with acceleration limit is smoothed by a boxcar of the jerk time, which makes it jerk-limited
-(jerk = acceleration / jerk time). Ripple multiplies the velocity, so a resting axis rests.
+(jerk = acceleration / jerk time); without a jerk time the acceleration jumps within three internal samples. Ripple multiplies the velocity, so a resting axis rests.
 """
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -34,6 +34,25 @@ def moves(rng, n, fs, speed, accel, dwell, y0, stroke=STROKE, length=(0.8, 4.0))
         m = min(len(seg), n - i)
         v[i:i + m] += seg[:m]
         y += seg[:m].sum() / fs
+        i += m + int(rng.uniform(*dwell) * fs)
+    return v
+
+
+def handling(rng, n, fs, speed, accel, dwell, y0, stroke=STROKE):
+    """Trapezoids of one acceleration between a few taught places, with rests; returns velocity."""
+    places, at = rng.uniform(0.06, 0.94, int(rng.integers(3, 6))) * stroke, -1
+    v, i, y = np.zeros(n), int(rng.uniform(0.1, 0.4) * fs), y0
+    acc = accel * rng.uniform(0.3, 1.0)
+    while i < n:
+        at = int(rng.choice([p for p in range(len(places)) if p != at]))
+        way = places[at] - y
+        top = min(np.exp(rng.uniform(np.log(speed[0]), np.log(speed[1]))), np.sqrt(abs(way) * acc))
+        ramp, whole = top / acc, abs(way) / top + top / acc
+        t = np.arange(int(whole * fs) + 1) / fs
+        part = np.sign(way) * top * np.clip(np.minimum(t, whole - t) / ramp, 0, 1)
+        m = min(len(part), n - i)
+        v[i:i + m] = part[:m]
+        y += part[:m].sum() / fs
         i += m + int(rng.uniform(*dwell) * fs)
     return v
 

@@ -33,7 +33,7 @@ class RailJoint(RailStraightness):
     id, name_k, first = "rail-joint", "step_m", 1e-6
 
     def draw(self, rng, world, design):
-        self.p = {"joint_m": rng.uniform(0.4, 0.8) * design["stroke"], "sag_length_m": rng.uniform(0.012, 0.03), "sag_share": rng.uniform(0.5, 0.9)}
+        self.p = {"joint_m": rng.uniform(0.2, 0.8) * design["stroke"], "sag_length_m": rng.uniform(0.012, 0.03), "sag_share": rng.uniform(0.0, 0.9)}
         self.grid = np.linspace(-0.2, 1.6, 7201)
 
     def preload(self, c, w, k, q):

@@ -41,6 +41,7 @@ class Session:
     preload: np.ndarray
     external: np.ndarray
     kinds: list
+    zero: float = 0.0      # what the scale reads at the beginning of the rail, m
 
     def rng(self, salt):
         """A generator of its own for random events of this session."""
@@ -78,6 +79,8 @@ def make(rng, seed, world, d, runs, seconds, start=0.0):
             vv = motion.moves(rng, n, fs, (hi / 8, hi), d["accel"], d["dwell"], y0, stroke)
         elif kind == "slow":
             vv = motion.moves(rng, n, fs, (lo, lo * 8), d["accel"], d["dwell"], y0, stroke, (0.3, 2.0))
+        elif kind == "handling":
+            vv = motion.handling(rng, n, fs, (lo, hi), d["accel"], d["dwell"], y0, stroke)
         elif kind == "micro":
             f = float(rng.choice([0.1, 0.2, 0.5, 1.0, 2.0]))
             vv = motion.sine(rng, n, fs, np.exp(rng.uniform(np.log(2e-4), np.log(5e-3))), f)
@@ -100,7 +103,7 @@ def make(rng, seed, world, d, runs, seconds, start=0.0):
     external = np.zeros((runs, 1))
     if d.get("external"):
         external = np.round(rng.uniform(-1, 1, (runs, 1)) * d["external"])
-    return Session(int(seed), fs, keep, t, y, v, a, s, tb, tr, ta, oil, preload, external, kinds)
+    return Session(int(seed), fs, keep, t, y, v, a, s, tb, tr, ta, oil, preload, external, kinds, d.get("zero", 0.0))
 
 
 def _temperatures(rng, t, v, gaps, d):

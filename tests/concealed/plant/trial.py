@@ -4,7 +4,9 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 import numpy as np
 from .cases import AXIS_IDS, DAMAGES, PHYSICS, SENSORS, UNDECIDABLE, UNKNOWN, build
+from .manners import NAMES
 from .noise import LAWS
+from .where import AXES
 
 # block: how many of 960
 BLOCKS = {"clean": 300, "sensor": 90, "single": 240, "pair": 90, "triple": 30, "unknown": 120, "undecidable": 60, "damaged": 30}
@@ -16,7 +18,8 @@ def composition(rng, records):
     todo = []
     for block, of_960 in BLOCKS.items():
         for j in range(max(1, round(of_960 * records / 960))):
-            todo.append({"block": block} | _case(rng, block, j))
+            case = {"block": block} | _case(rng, block, j)
+            todo.append(case | {"manner": _manner(rng, case)})
     return [todo[i] for i in rng.permutation(len(todo))]
 
 
@@ -44,6 +47,16 @@ def _case(rng, block, j):
     if block == "undecidable":
         return {"kind": "undecidable", "variant": int(rng.integers(len(UNDECIDABLE))), "strength": float(rng.uniform(2, 5)), "law": law}
     return {"kind": "damaged", "variant": j % len(DAMAGES)}
+
+
+def _manner(rng, case):
+    """Every other record is a laboratory's; where nothing or too little tells effects apart, or a file is damaged, all are."""
+    manner = "laboratory" if rng.random() < 0.5 else str(rng.choice(NAMES[1:]))
+    if case["block"] in ("undecidable", "damaged"):
+        return "laboratory"
+    # without a scale no run knows where it begins, and a pair may hold what is tied to a place
+    tied = case["block"] in ("pair", "triple") or {"position", "wavelength"} & set(AXES.get(case.get("effect"), "").split())
+    return "laboratory" if manner == "by-speed" and tied else manner
 
 
 def _crossing(effect, strength):

@@ -104,6 +104,18 @@ class NeighbourChirp(Unknown):
         return k * np.sin(phase) * (np.sin(2 * np.pi * c.t / (2.6 * t)) > -0.3)
 
 
+class PumpHum(Unknown):
+    """A pump on the same frame: one tone and a little of its second, whatever the carriage does."""
+    title, unit, first, near = "pump-hum", "N", 1.0, ("structural-resonance",)
+
+    def draw(self, rng, world, design):
+        self.p = {"frequency_hz": rng.uniform(5, min(48, 0.4 * design["rate"])), "second": rng.uniform(0.0, 0.2), "phase": rng.uniform(0, 6)}
+
+    def add(self, c, w, k, force):
+        u = 2 * np.pi * self.p["frequency_hz"] * c.t + self.p["phase"]
+        return k * (np.sin(u) + self.p["second"] * np.sin(2 * u))
+
+
 class StrokeMemory(Unknown):
     """Long strokes heap grease before the block; after each reversal the heap is built again."""
     title, unit, first, near = "stroke-memory", "N", 1.0, ("presliding", "starvation")
@@ -122,4 +134,4 @@ class StrokeMemory(Unknown):
         return f + k * out
 
 
-EFFECTS = [BeltCreepCogging, LoadedWindage, CageBursts, Clamping, TemperatureGate, LoadMemory, NeighbourChirp, StrokeMemory]
+EFFECTS = [BeltCreepCogging, LoadedWindage, CageBursts, Clamping, TemperatureGate, LoadMemory, NeighbourChirp, PumpHum, StrokeMemory]

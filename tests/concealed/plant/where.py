@@ -21,7 +21,7 @@ AXES = {
     "time-misalignment": "acceleration reversal-distance", "force-quantisation": "load preload velocity", "force-saturation": "load preload velocity",
     "coupling-backlash": "reversal-distance", "speed-noise": "velocity acceleration", "encoder-cyclic-error": "wavelength position",
     "parameter-shift": "preload load velocity direction acceleration", "belt-creep-cogging": "travel position wavelength",
-    "loaded-windage": "velocity preload", "cage-bursts": "time", "clocked-clamp": "time frequency", "temperature-gated-stick": "temperature velocity",
+    "loaded-windage": "velocity preload", "cage-bursts": "time", "clocked-clamp": "time frequency", "pump-hum": "frequency", "temperature-gated-stick": "temperature velocity",
     "load-memory": "time preload", "neighbour-chirp": "frequency time", "stroke-memory": "reversal-distance travel",
 }
 PERIODS = ("wavelength_m", "lead_m", "period_m", "travel_period_m")
@@ -52,7 +52,7 @@ def axes(c):
     """Values of the contract's axes at the recorded samples."""
     whole = np.ones_like(c.rec(c.v))
     t, s = c.rec(c.t), c.rec(c.s)
-    return {"velocity": np.abs(c.rec(c.v)), "position": c.rec(c.y), "direction": np.sign(c.rec(c.v)), "time": t - t[0, 0], "travel": s - s[0, 0],
+    return {"velocity": np.abs(c.rec(c.v)), "position": c.rec(c.y) + c.zero, "direction": np.sign(c.rec(c.v)), "time": t - t[0, 0], "travel": s - s[0, 0],
             "temperature": c.rec(c.t_block) * whole, "temperature-difference": (c.rec(c.t_block) - c.rec(c.t_rail)) * whole, "load": c.external * whole,
             "preload": c.preload * whole, "acceleration": c.rec(c.a), "reversal-distance": c.rec(_since_reversal(c)), "dwell": c.rec(_dwell(c))}
 
