@@ -21,6 +21,9 @@ const STEP: f64 = 1e-3;
 /// it, and a change of speed by a drive is still seen.
 const PATH_S: f64 = 0.1;
 
+/// Load per ball at about 3 kN of preload, N.
+const USUAL_LOAD_N: f64 = 150.0;
+
 /// Step in the logarithm of the viscosity for the second derivative.
 const CURVATURE_STEP: f64 = 0.02;
 
@@ -102,6 +105,8 @@ pub struct Context<'a> {
     pub moved_mass_kg: f64,
     /// Friction constants of a ball guide.
     pub(crate) friction: Option<Friction>,
+    /// Power of the load per ball that the Hersey number goes with, of a ball guide.
+    pub(crate) hersey_by_load: f64,
     /// Moves and turns.
     pub(crate) path: Path,
 }
@@ -121,7 +126,8 @@ impl<'a> Context<'a> {
         let (mut by_preload_n, mut by_viscosity_n) = (vec![0.0; rows], vec![0.0; rows]);
         let mut viscosity_curvature_n = Vec::new();
         let viscous_n;
-        let (mut has_stribeck, mut viscosity_follows_temperature, mut friction) = (false, false, None);
+        let (mut has_stribeck, mut viscosity_follows_temperature) = (false, false);
+        let (mut friction, mut hersey_by_load) = (None, 0.0);
         if !matches!(simulation.law, Law::CoulombViscous { .. }) {
             let preload = |factor| at(&Factors { preload: factor, ..Factors::default() });
             let viscosity = |factor| at(&Factors { viscosity: factor, ..Factors::default() });
@@ -143,6 +149,7 @@ impl<'a> Context<'a> {
                 has_stribeck = constants.mu_stribeck > 0.0;
                 viscosity_follows_temperature = matches!(set.lubricant(), Lubricant::Walther(_));
                 friction = Some(*constants);
+                hersey_by_load = set.exact().hersey_load_exponent(USUAL_LOAD_N);
             }
             Law::CoulombViscous { viscous_n_s_m, .. } => {
                 let slope = viscous_n_s_m.unwrap_or(0.0);
@@ -180,6 +187,7 @@ impl<'a> Context<'a> {
             path_acceleration_m_s2,
             moved_mass_kg: simulation.axis.moved_mass_kg.unwrap_or(0.0),
             friction,
+            hersey_by_load,
             path,
             steady,
         })
@@ -300,7 +308,7 @@ impl<'a> Context<'a> {
 
     /// Load per ball over 150 N (that of 3 kN of preload, roughly); 1 for laws without a preload.
     pub(crate) fn relative_load(&self, row: usize) -> f64 {
-        self.steady.load_per_ball_n.get(row).map_or(1.0, |q| q / 150.0)
+        self.steady.load_per_ball_n.get(row).map_or(1.0, |q| q / USUAL_LOAD_N)
     }
 
     /// Share of the step to a row at which the motion turns; `None` where it goes on, or comes from rest.

@@ -17,8 +17,9 @@ pub(super) const EXTERNAL_LOAD: Definition = Definition {
             amplitudes: &[at_most("part", "", Positive, 1.0, 20.0)],
             columns: |context, _| shown(vec![symmetric(context)?]),
             phase_bound: false,
-            equation: "F = part·F_law·((1+t)^1.5k + (1-t)^1.5k - 2)/2, (1+t)^1.5 - (1-t)^1.5 = |W|/F_p, k = dlnF_law/dlnF_p; \
-                       without a preload F = part·sign(V)·|W|/1000",
+            equation: "F = part·F_law·(r+·m(r+) + r-·m(r-) - 2)/2, r+ = (1+t)^1.5, r- = (1-t)^1.5, r+ - r- = |W|/F_p, \
+                       m(r) = μ(H·r^e)/μ(H) with H ∝ Q^e, of a column of force r^(k-1), k = dlnF_law/dlnF_p; without a preload \
+                       F = part·sign(V)·|W|/1000",
         },
         Form {
             name: "lopsided",
@@ -47,10 +48,16 @@ pub(super) const EXTERNAL_LOAD: Definition = Definition {
     simplicity: 2,
 };
 
-/// Power of the deflection that no friction goes beyond: where next to nothing is left of a column of force, its slope over
-/// it is none.
-const STEEPEST: f64 = 6.0;
+/// Power of the load that no friction goes beyond: where next to nothing is left of a column of force, its slope over it is
+/// none.
+const STEEPEST: f64 = 4.0;
 
+/// What two halves of the contacts at their own loads make, more than both at the law's.
+///
+/// ```text
+/// F_law·(r+·μ(H·r+^e) + r-·μ(H·r-^e) - 2μ(H))/2μ(H),   r± = (1 ± t)^1.5,   H ∝ Q^e
+/// F_law·(r+^k + r-^k - 2)/2,   k = dlnF_law/dlnF_p              of laws without a friction coefficient
+/// ```
 fn symmetric(context: &Context<'_>) -> Option<Vec<f64>> {
     let load = filled(context.run.external_load_n.as_ref())?;
     let preload = &context.steady.preload_n;
@@ -58,28 +65,36 @@ fn symmetric(context: &Context<'_>) -> Option<Vec<f64>> {
         return Some(context.against_motion(|n| load[n].abs() / 1000.0));
     }
     let drag = &context.steady.drag_n;
-    let mut last = ([f64::NAN; 2], 0.0);
+    let mut last = (f64::NAN, [1.0; 2]);
     let mut column = vec![0.0; context.len()];
     for (n, rise) in column.iter_mut().enumerate() {
         let sign = context.steady.direction[n];
         if sign == 0.0 || !(preload[n] > 0.0 && drag[n] > 0.0) {
             continue;
         }
-        let exponent = (1.5 * context.by_preload_n[n] / (sign * drag[n])).clamp(-STEEPEST, STEEPEST);
         let ratio = load[n].abs() / preload[n];
-        if last.0 != [ratio, exponent] {
-            last = ([ratio, exponent], spread(ratio, exponent));
+        if last.0 != ratio {
+            last = (ratio, halves(ratio));
         }
-        *rise = sign * drag[n] * last.1;
+        let of_half = |load: f64| match &context.friction {
+            _ if load <= 0.0 => 0.0,
+            Some(friction) => {
+                let hersey = context.steady.hersey[n];
+                let at_load = friction.coefficient(hersey * libm::pow(load, context.hersey_by_load));
+                load * at_load / friction.coefficient(hersey)
+            }
+            None => libm::pow(load, (context.by_preload_n[n] / (sign * drag[n])).clamp(0.0, STEEPEST)),
+        };
+        *rise = sign * drag[n] * (0.5 * last.1.map(of_half).iter().sum::<f64>() - 1.0);
     }
     Some(column)
 }
 
-/// `((1+t)^e + (1-t)^e)/2 - 1` of the t that belongs to `W/F_p`.
-fn spread(ratio: f64, exponent: f64) -> f64 {
+/// Loads of the two halves, of that without an external load: `(1+t)^1.5` and `(1-t)^1.5` of the t that belongs to `W/F_p`.
+fn halves(ratio: f64) -> [f64; 2] {
     let decompressed = 2.0 * std::f64::consts::SQRT_2;
     if ratio >= decompressed {
-        return 0.5 * libm::pow(ratio, exponent / 1.5) - 1.0;
+        return [ratio, 0.0];
     }
     // W/F_p = 3t - t³/8 ..., concave in t: Newton from below closes in from one side
     let mut t = ratio / 3.0;
@@ -93,7 +108,7 @@ fn spread(ratio: f64, exponent: f64) -> f64 {
             break;
         }
     }
-    0.5 * (libm::pow(1.0 + t, exponent) + libm::pow(1.0 - t, exponent)) - 1.0
+    [1.0 + t, 1.0 - t].map(|deflection| deflection * libm::sqrt(deflection.max(0.0)))
 }
 
 /// Rise of the preload at 100 N of drag that no lever explains: 3/8 (θ y/D_0)² for a drive half a metre above the rail of

@@ -44,6 +44,33 @@ fn seal_drag_is_the_same_against_both_directions_and_inertia_is_mass_times_accel
     assert_eq!(columns(Id::Inertia, "minimal", &context, &[]), Some(vec![motion.acceleration_m_s2.clone()]));
 }
 
+/// Each half of the contacts is on Eq. 20 at its own load, whichever speed the Hersey number has.
+#[test]
+fn an_external_load_leaves_either_half_on_the_law_at_its_own_load() {
+    // t = 0.6: W/F_p = 1.6^1.5 - 0.4^1.5
+    let (up, down) = (1.6f64.powf(1.5), 0.4f64.powf(1.5));
+    for hersey in ["slip", "carriage"] {
+        let simulation = simulation(&format!(
+            "[guide]\nhersey = \"{hersey}\"\ncontact_angle_mode = \"fixed\"\n[lubricant]\nviscosity_cst = 100\n\
+             [operation]\npreload_n = 1000"
+        ));
+        for speed in [0.001, 0.02, 0.8] {
+            let mut run = driven(2.0, |_| speed);
+            run.external_load_n = Some(vec![(up - down) * 1000.0; run.len()]);
+            let motion = Motion::of(&run);
+            let context = Context::of(&simulation, &run, &motion).expect("complete");
+            let column = columns(Id::ExternalLoad, "minimal", &context, &[]).expect("loaded").remove(0);
+            let at = |load: f64| {
+                let factors = Factors { preload: load, ..Factors::default() };
+                simulation.steady(&factors, &run, &motion).expect("complete").force_n[1000]
+            };
+            let halves = 0.5 * (at(up) + at(down));
+            let got = context.steady.force_n[1000] + column[1000];
+            assert!((got / halves - 1.0).abs() < 1e-3, "{hersey} at {speed} m/s: {got} for {halves} N");
+        }
+    }
+}
+
 #[test]
 fn an_external_load_acts_as_the_table_of_the_preloaded_contact_says() {
     // W/F_p and the factor on the drag where friction is proportional to load
