@@ -86,6 +86,30 @@ fn found_of_friction(coulomb_n: f64, viscous_n_s_m: f64) -> Vec<String> {
     found.mechanisms.into_iter().map(|found| found.id).collect()
 }
 
+/// A program may say a friction at rest, where the machine has none and a tachometer reads a little: that is no travel without force.
+#[test]
+fn what_a_program_says_of_a_rest_is_no_play() {
+    let mut noise = Noise::new(11, 0);
+    let (mut run, mut velocity_m_s, mut told) = (Run::default(), Vec::new(), Vec::new());
+    for row in 0..18_000 {
+        let t = f64::from(row) / RATE_HZ;
+        let (stroke, within_s) = ((t / 3.0) as usize, t % 3.0);
+        // ramps of a tenth of a second, three accelerations
+        let v = [1.0, 2.0, 4.0][stroke % 3] * within_s.min(2.0 - within_s).clamp(0.0, 0.1);
+        let sign = if stroke / 3 % 2 == 0 { 1.0 } else { -1.0 };
+        let friction_n = sign * (20.0 + 30.0 * v);
+        run.time_s.push(t);
+        velocity_m_s.push(sign * v + 5e-6 + 2e-6 * noise.gaussian());
+        told.push(if v > 1e-9 { friction_n } else { -20.0 });
+        run.drag_force_n.push(if v > 1e-9 { friction_n } else { 0.0 } + 0.2 * noise.gaussian());
+    }
+    run.parts = vec![Part { rows: 0..run.time_s.len(), segment: None, starts: Break::Start }];
+    let run = Run { velocity_m_s: Some(velocity_m_s), simulated_force_n: Some(told), ..run };
+    let found =
+        diagnose(&[run], &[], &Simulation::from_toml(COLUMN).expect("a sound file"), &Options::default()).diagnosis;
+    assert_eq!(found.verdict, Verdict::Match, "{:#?}", found.mechanisms);
+}
+
 /// What a derived acceleration makes of the corners is no friction that the program has too little of.
 #[test]
 fn a_program_whose_friction_is_off_beside_its_inertia_is_off_by_that() {

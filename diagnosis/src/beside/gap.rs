@@ -10,6 +10,8 @@
 
 use std::collections::BTreeSet;
 
+use simulation::mechanism::Context;
+
 use crate::numbers::statistics::median;
 use crate::recording::side::Side;
 
@@ -92,7 +94,8 @@ fn rows(side: &Side<'_>, simulated_n: &[f64], held: &[bool]) -> Vec<Row> {
                 turn += 1;
                 turned_s = context.run.time_s[n.saturating_sub(1)];
             }
-            let is_told = !held[n] && drag_n[n].is_finite() && simulated_n[n].abs() > STANDS_OUT * noise_n;
+            let is_known = !held[n] && is_under_way(context, n) && drag_n[n].is_finite();
+            let is_told = is_known && simulated_n[n].abs() > STANDS_OUT * noise_n;
             if is_told && (LEAST_M..FARTHEST_M).contains(&since_m[n]) {
                 let since_s = context.run.time_s[n] - turned_s;
                 rows.push(Row { turn, travel_m: since_m[n], since_s, share: drag_n[n] / simulated_n[n] });
@@ -101,6 +104,12 @@ fn rows(side: &Side<'_>, simulated_n: &[f64], held: &[bool]) -> Vec<Row> {
     }
     rows.sort_by(|a, b| a.travel_m.total_cmp(&b.travel_m));
     rows
+}
+
+/// Whether the carriage comes to a row and leaves it: what rests takes no force, whatever a program's column says of it.
+fn is_under_way(context: &Context<'_>, row: usize) -> bool {
+    let moves = |row: usize| (context.travel_m[row] - context.travel_m[row - 1]).abs() > LEAST_M;
+    !context.at_rest[row] && row > 0 && row + 1 < context.len() && moves(row) && moves(row + 1)
 }
 
 /// `rows`: nearest first.
