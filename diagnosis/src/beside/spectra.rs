@@ -33,7 +33,8 @@ const AT_EVERY_SPEED: f64 = 6.0;
 const STRUCK_BY_BOTH: f64 = 2.5;
 
 /// A peak of one run alone has few pieces: its p-value, and its height in the middle one of them. What rings stands out by
-/// five and more in that one, what sweeps and a ripple at changing speed by less than twice.
+/// five and more in that one, what sweeps and a ripple at changing speed by less than twice. A run of few speeds may meet a
+/// ripple at one and its order at another.
 const IN_ONE_RUN: f64 = 1e-6;
 const IN_EVERY_PIECE: f64 = 3.0;
 
@@ -43,6 +44,10 @@ const APART: f64 = 1.5;
 /// .. and what stands out in few pieces only must do so at speeds that differ by as much to be told from what sweeps.
 const FAR_APART: f64 = 4.0;
 
+/// Distance of two speeds, in ln V, and how many must show what is at every one of them.
+const ALIKE: f64 = 0.25;
+const FEWEST_SPEEDS: usize = 4;
+
 /// Standard deviations by which power must have grown with the speed.
 const SURELY: f64 = 3.0;
 
@@ -51,7 +56,7 @@ const FLANK: usize = 2;
 
 /// One window on a residual.
 struct Piece {
-    /// Mean speed meanwhile, m/s.
+    /// Mean speed over the way meanwhile, m/s.
     speed_m_s: f64,
     /// Power at every frequency.
     power: Vec<f64>,
@@ -153,6 +158,14 @@ fn grows_with_speed(runs: &[OfRun], at: usize) -> bool {
     slope > 0.0 && (1.0 / (left * left) - 1.0) * freedom > SURELY * SURELY
 }
 
+/// At how many speeds an entry stands out in half of the pieces: the orders of a ripple meet at a few.
+fn speeds(pieces: &[&Piece], at: usize) -> usize {
+    let cell = |piece: &Piece| (piece.speed_m_s.ln() / ALIKE).floor();
+    // `pieces`: slowest first
+    let cells = pieces.chunk_by(|a, b| cell(a) == cell(b));
+    cells.filter(|cell| is_steady(cell, at)).count()
+}
+
 /// Whether an entry stands out in half of some pieces: what sweeps through it does so in a few.
 fn is_steady(pieces: &[&Piece], at: usize) -> bool {
     median(pieces.iter().map(|piece| height(&piece.power, at)).collect()).is_some_and(|height| height > IN_EVERY_PIECE)
@@ -176,7 +189,12 @@ impl Spectra {
             side.moving.motions.iter().flat_map(|motion| motion.velocity_m_s.iter().map(|v| v.abs())).collect();
         let speeds = rows.plain(&speeds);
         let starts = |group: &Range<usize>| (group.start..(group.end + 1).saturating_sub(window)).step_by(window / 2);
-        let speed = |start: usize| speeds[start..start + window].iter().sum::<f64>() / window as f64;
+        // over the way: a rest within the window is no lower speed
+        let speed = |start: usize| {
+            let own = &speeds[start..start + window];
+            let way: f64 = own.iter().sum();
+            if way > 0.0 { own.iter().map(|v| v * v).sum::<f64>() / way } else { 0.0 }
+        };
         let transform = FftPlanner::new().plan_fft_forward(window);
         let spectrum = |start: usize| {
             // Hann's window
@@ -212,14 +230,14 @@ impl Spectra {
             return of_all;
         }
         let of_run = |run: &OfRun| {
-            let (peak, is_steady) = self.peak(std::slice::from_ref(run), at)?;
+            let (peak, is_sure) = self.peak(std::slice::from_ref(run), at)?;
             let p = peak.p * self.runs.len() as f64;
-            (peak.is_high && is_steady && p < IN_ONE_RUN).then_some(Peak { p, ..peak })
+            (peak.is_high && is_sure && p < IN_ONE_RUN).then_some(Peak { p, ..peak })
         };
         self.runs.iter().filter_map(of_run).min_by(|a, b| a.p.total_cmp(&b.p)).or(of_all)
     }
 
-    /// The peak at an entry, if it stands out in slow and in fast pieces of runs, and whether it does in most of them.
+    /// The peak at an entry, if it stands out in slow and in fast pieces of runs, and whether it does in most of them, far apart.
     fn peak(&self, runs: &[OfRun], at: usize) -> Option<(Peak, bool)> {
         let mut pieces = pieces(runs);
         pieces.sort_by(|a, b| a.speed_m_s.total_cmp(&b.speed_m_s));
@@ -240,13 +258,15 @@ impl Spectra {
         let nats = |h: f64| 0.5 * slower.len() as f64 * (h - 1.0 - h.ln());
         let evidence: f64 = heights.into_iter().map(nats).sum();
         let is_steady = halves.iter().all(|half| is_steady(half, at));
+        // what a move passes through at one speed stands out on both sides of a middle that is not far from it
+        let is_everywhere = (is_steady || apart > FAR_APART) && speeds(&pieces, at) >= FEWEST_SPEEDS;
         let excess = runs.iter().map(|run| run.excess(at)).sum::<f64>().max(0.0);
         let peak = Peak {
             share: excess / self.runs.iter().map(OfRun::power).sum::<f64>(),
             p: (spectra[0].len() as f64 * (-evidence).exp()).min(1.0),
-            is_rolled: (is_steady || apart > FAR_APART) && grows_with_speed(runs, at),
-            is_high: heights.iter().all(|height| *height > AT_EVERY_SPEED),
+            is_rolled: is_everywhere && grows_with_speed(runs, at),
+            is_high: is_everywhere && heights.iter().all(|height| *height > AT_EVERY_SPEED),
         };
-        Some((peak, is_steady))
+        Some((peak, is_steady && apart > FAR_APART))
     }
 }
