@@ -210,3 +210,44 @@ fn a_hum_is_unknown_with_its_frequency_and_no_noise() {
         assert!(found.holdout.rmse_after_n < 0.21, "{hz} Hz at {rate_hz} Hz: {:?}", found.holdout);
     }
 }
+
+/// Parts that rest between them make of the line a comb, and of a few rows a period a curve through few places.
+#[test]
+fn a_hum_goes_on_between_parts() {
+    let simulation = Simulation::from_toml(AXIS).unwrap();
+    for (rate_hz, hz) in [(100.0, 36.1), (200.0, 50.0)] {
+        let mut course = strokes(rate_hz);
+        let rows = course.run.len();
+        let part = |n: usize| 6 * n / rows;
+        course.run.parts = (0..6)
+            .map(|k| {
+                let rows = (0..rows).filter(|n| part(*n) == k);
+                let (first, last) = (rows.clone().next().unwrap(), rows.last().unwrap());
+                let starts = if k == 0 { Break::Start } else { Break::Segment };
+                Part { rows: first..last + 1, segment: Some(k as i64), starts }
+            })
+            .collect();
+        let force = simulation.force(&course.run, &course.motion).unwrap();
+        let rested_s = |n: usize| [0.0, 31.7, 80.2, 140.9, 171.3, 230.6][part(n)];
+        course.run.time_s.iter_mut().enumerate().for_each(|(n, t)| *t += rested_s(n));
+        let hum = course.run.time_s.iter().map(|t| 0.3 * (std::f64::consts::TAU * hz * t + 0.3).sin());
+        let found = beside(&force, &hum.collect::<Vec<f64>>(), &course.run, &simulation);
+        assert_eq!(ids(&found), ["unknown"], "{hz} Hz: {:#?} {:?}", found.mechanisms, found.holdout);
+        assert!(found.holdout.rmse_after_n < 0.21, "{hz} Hz at {rate_hz} Hz: {:?}", found.holdout);
+    }
+}
+
+/// 10 mm at 0.1 and 0.3 m/s: the third order at one speed is the first at the other.
+#[test]
+fn a_ripple_whose_orders_meet_at_few_speeds_is_no_structure() {
+    let simulation = Simulation::from_toml(AXIS).unwrap();
+    let staircase = Staircase { speeds_m_s: vec![0.1, 0.3], length_m: 0.4, order: Order::Both, ..Staircase::default() };
+    let course = staircase.course(500.0, &Conditions::default()).unwrap();
+    let force = simulation.force(&course.run, &course.motion).unwrap();
+    let place_m = course.run.position_m.as_ref().unwrap();
+    let turn = |x: &f64| std::f64::consts::TAU * x / 0.01;
+    // sharp, as of a motor behind a belt that slips
+    let ripple = place_m.iter().map(|x| 0.8 * turn(x).sin() / (1.0 - 0.7 * turn(x).cos()));
+    let found = beside(&force, &ripple.collect::<Vec<f64>>(), &course.run, &simulation);
+    assert!(!ids(&found).contains(&"structural-resonance"), "{:#?}", found.mechanisms);
+}

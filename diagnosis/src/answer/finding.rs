@@ -273,6 +273,7 @@ pub(crate) fn finding(
         }
         Source::Story { curve } => {
             let along = match curve.period_s() {
+                Some(period) if period < 1.0 => format!("repeats every {period:.4} s ({:.3} Hz)", 1.0 / period),
                 Some(period) => format!("repeats every {period:.4} s"),
                 None => format!("acts along {}", curve.axis.name()),
             };

@@ -34,11 +34,15 @@ pub(crate) struct Saturation {
     columns: Vec<Vec<f32>>,
     products: Symmetric,
     kept: Vec<f64>,
+    /// Rows of an average.
+    together: usize,
 }
 
 impl Saturation {
     /// `compared`: rows of all runs that knots are laid over, one entry each. `tones`: curves that repeat fast, where there are any.
     pub(crate) fn new(rows: &Rows, contexts: &[Context<'_>], compared: &[bool], tones: &[Curve]) -> Self {
+        // averages are blind to what repeats within a few of their rows
+        let together = if tones.is_empty() && rows.len() > MANY { AVERAGED } else { 1 };
         let mut curves = story::all(contexts, compared);
         curves.extend_from_slice(tones);
         curves.extend(story::since_turn(contexts));
@@ -49,12 +53,12 @@ impl Saturation {
                     all.extend(own.into_iter().map(|x| if x.is_finite() { x } else { 0.0 }));
                 }
             }
-            of_runs.iter().map(|column| averaged(rows, column)).collect()
+            of_runs.iter().map(|column| averaged(rows, column, together)).collect()
         };
         let columns: Vec<Vec<f32>> = curves.par_iter().flat_map_iter(of_curve).collect();
         let mut all = Symmetric::zeros(columns.len());
         fill(&mut all, &columns.iter().map(Vec::as_slice).collect::<Vec<_>>(), 0);
-        let mut saturation = Saturation { curves, columns, products: all, kept: Vec::new() };
+        let mut saturation = Saturation { curves, columns, products: all, kept: Vec::new(), together };
         saturation.kept = saturation.kept_of_noise(rows, contexts);
         saturation
     }
@@ -95,7 +99,7 @@ impl Saturation {
         extra: &[Vec<f64>],
     ) -> Vec<f64> {
         let own: Vec<&Vec<f64>> = tangent.iter().chain(extra).collect();
-        let averaged_own: Vec<Vec<f32>> = own.iter().map(|column| averaged(rows, column)).collect();
+        let averaged_own: Vec<Vec<f32>> = own.iter().map(|column| self.averaged(rows, column)).collect();
         let columns: Vec<&[f32]> = self.columns.iter().chain(&averaged_own).map(Vec::as_slice).collect();
         let mut a = Symmetric::zeros(columns.len());
         for i in 0..self.columns.len() {
@@ -108,7 +112,7 @@ impl Saturation {
             let ridge = RIDGE * a.get(i, i);
             a.add(i, i, ridge);
         }
-        let plain = averaged(rows, mismatch);
+        let plain = self.averaged(rows, mismatch);
         let b = products(&columns, &[&plain]);
         let x = self.heights(&a, &b, products(&[&plain], &[&plain])[0]);
         let mut residual = mismatch.to_vec();
@@ -133,6 +137,10 @@ impl Saturation {
 }
 
 impl Saturation {
+    fn averaged(&self, rows: &Rows, column: &[f64]) -> Vec<f32> {
+        averaged(rows, column, self.together)
+    }
+
     /// Heights of the columns whose inner products are `a`, fitted to what has the products `b` with them and `square` with
     /// itself; 0 of the curve over the time since a turn where it does not follow most of what the others leave.
     fn heights(&self, a: &Symmetric, b: &[f64], square: f64) -> Vec<f64> {
@@ -190,8 +198,7 @@ fn fill(a: &mut Symmetric, columns: &[&[f32]], first: usize) {
     }
 }
 
-fn averaged(rows: &Rows, column: &[f64]) -> Vec<f32> {
+fn averaged(rows: &Rows, column: &[f64], together: usize) -> Vec<f32> {
     let plain = rows.plain(column);
-    let together = if plain.len() > MANY { AVERAGED } else { 1 };
     plain.chunks(together).map(|chunk| (chunk.iter().sum::<f64>() / chunk.len() as f64) as f32).collect()
 }

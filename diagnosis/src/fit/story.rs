@@ -82,7 +82,7 @@ pub(crate) fn clock(period_s: f64, carrier: Carrier) -> Curve {
 
 /// The same of the force itself where a period has so many rows: there are no more knots.
 pub(crate) fn tone(period_s: f64, rows: usize) -> Curve {
-    repeating(period_s, rows.min(CLOCK_KNOTS), Carrier::Even)
+    repeating(period_s, rows.clamp(6, CLOCK_KNOTS), Carrier::Even)
 }
 
 fn repeating(period_s: f64, count: usize, carrier: Carrier) -> Curve {

@@ -10,6 +10,8 @@
 //! and its size and phase are the same early and late, forward and backward, slow and fast: what a ripple makes of one speed is not.
 //! Slower ones, and their orders, are the clocks' of the search. A line is found before the noise is learnt: a noise filter takes it all away.
 
+use std::ops::Range;
+
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 
@@ -18,7 +20,6 @@ use simulation::mechanism::Context;
 
 use crate::fit::story;
 use crate::noise::rows::Rows;
-use crate::numbers::peaks::peaks;
 use crate::numbers::statistics::median;
 
 /// Lowest frequency, Hz, and the highest, of the rate of the rows.
@@ -29,12 +30,18 @@ const HIGHEST: f64 = 0.4;
 const MOST_BINS: usize = 1 << 22;
 const PADDED: f64 = 2.0;
 
-/// Places to either side of a line that are it, and those that tell the noise around it.
+/// Places to either side of a line that are it in one part, and those beyond that tell the noise around it. What several parts
+/// with rests between them make of a line is a comb as wide as the line of one of them.
 const OF_LINE: usize = 4;
 const AROUND: usize = 100;
 
-/// Lines that are looked at, and the `z` that they ask for: that each of the groups of rows shows its phase.
+/// Most lines, and the highest places that are looked at for them.
 const LINES: usize = 3;
+const LOOKED_AT: usize = 4 * LINES;
+
+/// The `z` of a place that is looked at, and that of a line above what is left without it: that each of the groups of rows shows
+/// its phase. Parts and rows that are not compared spread a line over all places near it.
+const SEEN: f64 = 25.0;
 const CLEAR: f64 = 100.0;
 
 /// Part of its size that a line may differ by in a group of rows.
@@ -46,20 +53,57 @@ const FEWEST: usize = 200;
 /// Tones in what curves leave of a mismatch (one entry a row of all runs), the clearest first.
 pub(crate) fn all(rows: &Rows, contexts: &[Context<'_>], left: &[f64]) -> Vec<Curve> {
     let Some(rest) = Rest::of(rows, contexts, left) else { return Vec::new() };
-    let lines = rest.lines_hz().into_iter().map(|hz| rest.refined(hz)).filter(|hz| rest.is_steady(*hz));
-    lines.map(|hz| story::tone(1.0 / hz, (1.0 / (rest.step_s * hz)) as usize)).collect()
+    let step_s = rest.step_s;
+    rest.lines_hz().into_iter().map(|hz| story::tone(1.0 / hz, (1.0 / (step_s * hz)) as usize)).collect()
+}
+
+/// Time from the first to the last of the times that are known, s.
+fn span_s(time_s: &[f64]) -> f64 {
+    let known = time_s.iter().copied().filter(|t| t.is_finite());
+    let (first, last) = known.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
+    last - first
+}
+
+/// Squared sizes by frequency.
+struct Spectrum {
+    powers: Vec<f64>,
+    step_hz: f64,
+    /// Places of the frequencies that are looked for.
+    range: Range<usize>,
+}
+
+impl Spectrum {
+    /// The highest place that stands out, `of_line` and more from others.
+    fn highest(&self, of_line: usize, others: &[usize]) -> Option<usize> {
+        let is_apart = |place: &usize| others.iter().all(|other| place.abs_diff(*other) > of_line);
+        let highest = self.range.clone().filter(is_apart).max_by(|a, b| self.powers[*a].total_cmp(&self.powers[*b]))?;
+        (self.z(self.powers[highest], highest, of_line) > SEEN).then_some(highest)
+    }
+
+    /// A power in units of the noise around a place, without the places of its line. 0 where too little is around it.
+    fn z(&self, power: f64, place: usize, of_line: usize) -> f64 {
+        let reach = of_line.saturating_add(AROUND);
+        if place < reach || place + reach >= self.powers.len() {
+            return 0.0;
+        }
+        let around = (place - reach..=place + reach).filter(|other| other.abs_diff(place) > of_line);
+        let usual = median(around.map(|other| self.powers[other]).collect()).unwrap_or(f64::INFINITY);
+        power * std::f64::consts::LN_2 / usual
+    }
 }
 
 /// What is left in the rows that are compared, each part by its own noise.
+#[derive(Clone)]
 struct Rest {
     time_s: Vec<f64>,
     value: Vec<f64>,
     /// Squared weight of every row.
     power: Vec<f64>,
     velocity_m_s: Vec<f64>,
-    /// Time of an average, s, and of the recording.
+    /// Time of an average, s, of the recording, and of a usual part of it.
     step_s: f64,
     span_s: f64,
+    of_part_s: f64,
 }
 
 impl Rest {
@@ -71,6 +115,10 @@ impl Rest {
             own.collect::<Vec<_>>()
         };
         let motion = contexts.iter().flat_map(of_run);
+        let parts_s = |context: &Context<'_>| {
+            let parts = context.run.profile_parts().into_iter();
+            parts.map(|part| span_s(&context.run.time_s[part])).collect::<Vec<_>>()
+        };
         let mut rest = Rest {
             time_s: Vec::new(),
             value: Vec::new(),
@@ -78,6 +126,7 @@ impl Rest {
             velocity_m_s: Vec::new(),
             step_s: step_s * rows.decimation() as f64,
             span_s: 0.0,
+            of_part_s: median(contexts.iter().flat_map(parts_s).collect()).unwrap_or(0.0),
         };
         for (((t, v), value), power) in motion.zip(left).zip(powers).filter(|(_, power)| *power > 0.0) {
             if t.is_finite() && v.is_finite() && value.is_finite() {
@@ -87,19 +136,41 @@ impl Rest {
                 rest.power.push(power);
             }
         }
-        let ends = rest.time_s.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(*t), b.max(*t)));
-        rest.span_s = ends.1 - ends.0;
-        rest.time_s.iter_mut().for_each(|t| *t -= ends.0);
+        rest.span_s = span_s(&rest.time_s);
+        let first = rest.time_s.iter().copied().fold(f64::INFINITY, f64::min);
+        rest.time_s.iter_mut().for_each(|t| *t -= first);
         (rest.step_s > 0.0 && rest.value.len() > 4 * FEWEST && LOWEST_HZ < HIGHEST / rest.step_s).then_some(rest)
     }
 
-    /// Frequencies whose bin stands out of those around it.
-    fn lines_hz(&self) -> Vec<f64> {
+    /// Frequencies of the lines, each above what is left without it and those before it.
+    fn lines_hz(mut self) -> Vec<f64> {
+        let (mut found, mut looked_at) = (Vec::new(), Vec::new());
+        let Some(mut spectrum) = self.spectrum() else { return found };
+        let of_line =
+            (OF_LINE as f64 * (self.span_s / self.of_part_s).max(1.0)).min(spectrum.powers.len() as f64) as usize;
+        for _ in 0..LOOKED_AT {
+            let Some(place) = spectrum.highest(of_line, &looked_at) else { break };
+            let hz = self.refined(place as f64 * spectrum.step_hz);
+            looked_at.push(place);
+            let without = self.without(hz);
+            let Some(left) = without.spectrum() else { break };
+            if left.z(spectrum.powers[place], place, OF_LINE) > CLEAR && self.is_steady(hz) {
+                found.push(hz);
+                if found.len() == LINES {
+                    break;
+                }
+                (self, spectrum) = (without, left);
+            }
+        }
+        found
+    }
+
+    fn spectrum(&self) -> Option<Spectrum> {
         let per_s = 1.0 / self.step_s;
         let places = PADDED * self.span_s * per_s;
         // a clock that jumps by years has more than can be counted
         if !(places <= MOST_BINS as f64) {
-            return Vec::new();
+            return None;
         }
         let bins = (places as usize).next_power_of_two();
         let mut sums = vec![Complex::new(0.0, 0.0); bins];
@@ -107,19 +178,17 @@ impl Rest {
             sums[((t * per_s) as usize).min(bins - 1)].re += x;
         }
         FftPlanner::new().plan_fft_forward(bins).process(&mut sums);
-        let powers: Vec<f64> = sums[..bins / 2].iter().map(|sum| sum.norm_sqr()).collect();
         let step_hz = per_s / bins as f64;
-        let (first, last) = ((LOWEST_HZ / step_hz) as usize, (HIGHEST * per_s / step_hz) as usize);
-        if first < AROUND || last + AROUND >= powers.len() || first >= last {
-            return Vec::new();
-        }
-        let highest = peaks(&powers[first..last], 4 * LINES, OF_LINE, 0.0);
-        let clear = |k: &usize| {
-            let around = (k - AROUND..=k + AROUND).filter(|other| other.abs_diff(*k) > OF_LINE);
-            median(around.map(|other| powers[other]).collect())
-                .is_some_and(|usual| powers[*k] * std::f64::consts::LN_2 > CLEAR * usual)
-        };
-        highest.into_iter().map(|k| k + first).filter(clear).take(LINES).map(|k| k as f64 * step_hz).collect()
+        let range = (LOWEST_HZ / step_hz) as usize..(HIGHEST * per_s / step_hz) as usize;
+        Some(Spectrum { powers: sums[..bins / 2].iter().map(|sum| sum.norm_sqr()).collect(), step_hz, range })
+    }
+
+    /// The same without the wave of a frequency.
+    fn without(&self, hz: f64) -> Self {
+        let wave = self.wave(hz, |_| true).map_or(Complex::new(0.0, 0.0), |(wave, _)| 2.0 * wave);
+        let at = |n: usize| (wave * Complex::from_polar(1.0, std::f64::consts::TAU * hz * self.time_s[n])).re;
+        let value = (0..self.value.len()).map(|n| self.value[n] - self.power[n] * at(n)).collect();
+        Rest { value, ..self.clone() }
     }
 
     /// The frequency near one at which most is in phase.
