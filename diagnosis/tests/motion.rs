@@ -219,14 +219,10 @@ fn a_hum_goes_on_between_parts() {
         let mut course = strokes(rate_hz);
         let rows = course.run.len();
         let part = |n: usize| 6 * n / rows;
-        course.run.parts = (0..6)
-            .map(|k| {
-                let rows = (0..rows).filter(|n| part(*n) == k);
-                let (first, last) = (rows.clone().next().unwrap(), rows.last().unwrap());
-                let starts = if k == 0 { Break::Start } else { Break::Segment };
-                Part { rows: first..last + 1, segment: Some(k as i64), starts }
-            })
-            .collect();
+        let bounds = (0..=6).map(|k| (k * rows).div_ceil(6)).collect::<Vec<_>>();
+        let starts = |k: usize| if k == 0 { Break::Start } else { Break::Segment };
+        let of = |k: usize| Part { rows: bounds[k]..bounds[k + 1], segment: Some(k as i64), starts: starts(k) };
+        course.run.parts = (0..6).map(of).collect();
         let force = simulation.force(&course.run, &course.motion).unwrap();
         let rested_s = |n: usize| [0.0, 31.7, 80.2, 140.9, 171.3, 230.6][part(n)];
         course.run.time_s.iter_mut().enumerate().for_each(|(n, t)| *t += rested_s(n));

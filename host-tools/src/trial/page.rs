@@ -8,7 +8,7 @@ use super::runner::Run;
 use super::score::coverage::COMPARABLE;
 use super::score::goals::goals;
 use super::score::holdout::WITHOUT_ORACLE;
-use super::score::tally::{Share, Step, Summary, detection, reliability, share, summary};
+use super::score::tally::{Outcomes, Share, Step, detection, reliability, share, summary};
 use super::score::{Outcome, Scored};
 use crate::report::chart::Chart;
 use crate::report::page::Page;
@@ -53,7 +53,16 @@ pub fn page(envelope: &Envelope, exams: &[Exam], pictures: &BTreeMap<String, Vec
     page.heading("What was asked, and what came out");
     asked(&mut page, &candidate.records);
     page.heading("Every block");
-    blocks(&mut page, &sums);
+    by_group(&mut page, "block", &sums.blocks);
+    page.prose(
+        "Rightly silent: too weak for an analyser that knew the exact shape and the noise. Partly: true names only, but a \
+         visible effect or part of a set is missing. Padded: the true name among others that the recording rules out, or \
+         in a set of more than three. Unnamed: reported as unknown.",
+    );
+    if !sums.manners.is_empty() {
+        page.prose("The same by how the machine was moved and logged:");
+        by_group(&mut page, "manner", &sums.manners);
+    }
     page.heading("The same exam for others");
     rivals(&mut page, exams);
     page.heading("Detection against effect size");
@@ -103,23 +112,17 @@ fn asked(page: &mut Page, records: &[Scored]) {
     page.table(&["asked", "came out (95 % interval)", "reached"], &rows);
 }
 
-fn blocks(page: &mut Page, sums: &Summary) {
-    let header: Vec<&str> = std::iter::once("block").chain(Outcome::ALL.map(Outcome::name)).collect();
-    let rows: Vec<Vec<String>> = sums
-        .blocks
+fn by_group(page: &mut Page, what: &str, groups: &Outcomes) {
+    let header: Vec<&str> = std::iter::once(what).chain(Outcome::ALL.map(Outcome::name)).collect();
+    let rows: Vec<Vec<String>> = groups
         .iter()
-        .map(|(block, counts)| {
-            std::iter::once(block.clone())
+        .map(|(name, counts)| {
+            std::iter::once(name.clone())
                 .chain(Outcome::ALL.iter().map(|outcome| counts.get(outcome).copied().unwrap_or(0).to_string()))
                 .collect()
         })
         .collect();
     page.table(&header, &rows);
-    page.prose(
-        "Rightly silent: too weak for an analyser that knew the exact shape and the noise. Partly: true names only, but a \
-         visible effect or part of a set is missing. Padded: the true name among others that the recording rules out, or \
-         in a set of more than three. Unnamed: reported as unknown.",
-    );
 }
 
 fn rivals(page: &mut Page, exams: &[Exam]) {

@@ -36,6 +36,8 @@ pub struct Scored {
     pub id: String,
     /// Block of the composition.
     pub block: String,
+    /// How the machine was moved and logged, where the generator says it.
+    pub manner: String,
     /// What became of it.
     pub outcome: Outcome,
     /// What was hidden.
@@ -131,6 +133,7 @@ fn one(id: &str, block: String, truth: &Truth, diagnosis: Option<&Diagnosis>, en
     Scored {
         id: id.to_owned(),
         block,
+        manner: truth.manner.clone(),
         outcome,
         hidden: truth.effects.iter().map(|e| format!("{} {:.2} %", e.id, e.strength_alone_pct)).collect(),
         named: said.mechanisms.iter().map(name).collect(),

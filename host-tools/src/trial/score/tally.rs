@@ -46,11 +46,16 @@ pub fn share(all: &[Scored], keep: impl Fn(&Scored) -> bool, counts: impl Fn(&Sc
 /// Blocks whose names the protocol counts together: one, two, three known effects, or one that has no name.
 pub const NAMED_BLOCKS: [&str; 4] = ["single", "pair", "triple", "unknown"];
 
+/// Records of every group by outcome.
+pub type Outcomes = BTreeMap<String, BTreeMap<Outcome, usize>>;
+
 /// Sums over a run.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
     /// Records of every block by outcome.
-    pub blocks: BTreeMap<String, BTreeMap<Outcome, usize>>,
+    pub blocks: Outcomes,
+    /// The same of every manner of moving and logging; empty where the generator knows one.
+    pub manners: Outcomes,
     /// Correct answers.
     pub right: Share,
     /// Alarms, of any kind, where nothing or only a shifted constant was hidden: a rightly named shift is none.
@@ -103,10 +108,14 @@ pub fn gains(all: &[Scored]) -> Vec<f64> {
 
 /// Adds up.
 pub fn summary(all: &[Scored]) -> Summary {
-    let mut blocks: BTreeMap<String, BTreeMap<Outcome, usize>> = BTreeMap::new();
-    for record in all {
-        *blocks.entry(record.block.clone()).or_default().entry(record.outcome).or_default() += 1;
-    }
+    let counted = |group: &dyn Fn(&Scored) -> String| {
+        let mut groups = Outcomes::new();
+        for record in all {
+            *groups.entry(group(record)).or_default().entry(record.outcome).or_default() += 1;
+        }
+        groups.remove("");
+        groups
+    };
     let is_named = |r: &Scored| NAMED_BLOCKS.contains(&r.block.as_str());
     let hides = |r: &Scored| !r.hidden.is_empty() && r.block != "clean";
     let is_wrong = |r: &Scored| r.outcome == Outcome::WrongName;
@@ -139,7 +148,8 @@ pub fn summary(all: &[Scored]) -> Summary {
         gains: gains.len(),
         median_gain: median(gains),
         seconds: all.iter().map(|r| r.seconds).sum(),
-        blocks,
+        blocks: counted(&|record| record.block.clone()),
+        manners: counted(&|record| record.manner.clone()),
     }
 }
 
@@ -215,6 +225,7 @@ pub(crate) mod tests {
             hidden: if block == "clean" { vec![] } else { vec!["seal-drag 1.00 %".into()] },
             named: vec![],
             verdict: "explained".into(),
+            manner: String::new(),
             noise: "white".into(),
             strength_pct: if block == "clean" { 0.0 } else { 1.0 },
             ideal_z: if block == "clean" { 0.0 } else { 50.0 },

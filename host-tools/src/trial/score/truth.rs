@@ -23,6 +23,9 @@ pub struct Truth {
     /// Recordings, in the order of time; see [`Truth::files`].
     #[serde(default)]
     pub files: Vec<String>,
+    /// How the machine was moved and logged; empty of generators that know one way.
+    #[serde(default)]
+    pub manner: String,
     /// Error of the stated constants, within their tolerance: true over stated, less 1.
     #[serde(default)]
     pub stated_constants_off: BTreeMap<String, f64>,
