@@ -407,7 +407,7 @@ impl<'a> Bench<'a> {
             imitated.push(forward);
         }
         // a shift is a column of the law itself, and what is left of it is its tolerance
-        let rounding = if matches!(candidate.source, Source::Shift { .. }) { ROUNDING_OF_SHIFT } else { ROUNDING };
+        let rounding = if candidate.source.is_shift() { ROUNDING_OF_SHIFT } else { ROUNDING };
         for i in 0..count {
             for j in 0..=i {
                 let mut rest = candidate.own.get(i, j) - dot(&imitated[i], &imitated[j]);

@@ -93,7 +93,7 @@ impl Pool {
 
     /// The same for another bench of the same runs and the same noise: columns stay, the law is another.
     pub(crate) fn again(mut self, bench: &Bench<'_>, tolerances: &Tolerances<'_>) -> Self {
-        self.causes.retain(|candidate| !matches!(candidate.source, Source::Shift { .. }));
+        self.causes.retain(|candidate| !candidate.source.is_shift());
         self.causes.iter_mut().chain(&mut self.stories).for_each(Candidate::forget);
         self.causes.extend(shifts(bench, tolerances));
         self

@@ -54,6 +54,16 @@ impl Source {
         matches!(self, Source::Story { .. })
     }
 
+    /// Whether it is a number of the law that is off.
+    pub(crate) fn is_shift(&self) -> bool {
+        matches!(self, Source::Shift { .. })
+    }
+
+    /// Whether it is this number of the law.
+    pub(crate) fn is_shift_of(&self, number: usize) -> bool {
+        matches!(self, Source::Shift { parameter } if *parameter == number)
+    }
+
     /// Name in a report.
     pub(crate) fn id(&self) -> &'static str {
         match self {

@@ -228,8 +228,7 @@ fn doubt(
     }
     let force = own_force(bench, fit, member);
     // the data alone cannot tell the size of a shift that the law's other numbers imitate
-    let is_imitated =
-        matches!(member.candidate.source, Source::Shift { .. }) && products(&[&force], &[&force])[0] < 2.0 * LEAST;
+    let is_imitated = member.candidate.source.is_shift() && products(&[&force], &[&force])[0] < 2.0 * LEAST;
     if is_imitated {
         return None;
     }

@@ -41,7 +41,7 @@ pub(crate) fn of(
         let source = pool.causes[index].source.clone();
         let id = source.id().to_owned();
         let is_known = |member: &Member| member.candidate.source.is_kin(&source);
-        if members.iter().any(is_known) || equivalents.contains(&id) || matches!(source, Source::Shift { .. }) {
+        if members.iter().any(is_known) || equivalents.contains(&id) || source.is_shift() {
             continue;
         }
         let (_, gain) = refine(bench, &pool.causes[index], &law);

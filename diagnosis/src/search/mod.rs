@@ -217,7 +217,7 @@ fn omnibus(bench: &Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>) -> f
     let mut tested = Vec::new();
     let causes = pool.ranked_causes(bench, &fit, tolerances);
     for (index, gain) in causes.iter().take(SHORT_LIST) {
-        if matches!(pool.causes[*index].source, Source::Shift { .. }) {
+        if pool.causes[*index].source.is_shift() {
             // twice the gain is the square of a standard normal number
             tested.push((libm::erfc(gain.nats.sqrt()), gain.score));
             continue;
@@ -249,13 +249,11 @@ fn short_list(
         .into_iter()
         .filter(|(_, gain)| gain.score > 0.5 * leading)
         .scan(0, |physics, (index, gain)| {
-            *physics += usize::from(!matches!(pool.causes[index].source, Source::Shift { .. }));
+            *physics += usize::from(!pool.causes[index].source.is_shift());
             Some((*physics, index, gain))
         })
         // a law's own parameters are few, and imitated by everything that grows with the drag
-        .filter(|(physics, index, _)| {
-            *physics <= SHORT_LIST || matches!(pool.causes[*index].source, Source::Shift { .. })
-        })
+        .filter(|(physics, index, _)| *physics <= SHORT_LIST || pool.causes[*index].source.is_shift())
         .map(|(_, index, _)| &pool.causes[index]);
     let mut list = refine_all(bench, short, fit);
     list.sort_by(|a, b| b.1.score.total_cmp(&a.1.score));

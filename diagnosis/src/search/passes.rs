@@ -181,8 +181,7 @@ fn tell_shifts(bench: &mut Bench<'_>, tolerances: &Tolerances<'_>, members: &mut
     let evidence = 0.5 * (bench.fit(&bench.law()).rss - fit.rss);
     let mut told = Vec::new();
     for (at, parameter) in tolerances.nominal.parameters.iter().enumerate() {
-        let is_told =
-            |member: &Member| matches!(member.candidate.source, Source::Shift { parameter } if parameter == at);
+        let is_told = |member: &Member| member.candidate.source.is_shift_of(at);
         let Some(sigma) = parameter.sigma.filter(|_| parameter.can_shift() && !members.iter().any(is_told)) else {
             continue;
         };
@@ -281,7 +280,7 @@ fn drop_small(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>) {
 /// What the law may imitate of a force: a number of it that is off is a cause, and imitates nothing.
 pub(crate) fn imitated(bench: &Bench<'_>, members: &[Member]) -> Vec<Vec<f64>> {
     let is_off = |at: usize| {
-        let is_it = |member: &Member| matches!(member.candidate.source, Source::Shift { parameter } if parameter == at);
+        let is_it = |member: &Member| member.candidate.source.is_shift_of(at);
         members.iter().any(is_it)
     };
     bench.tangent.iter().enumerate().filter(|(at, _)| !is_off(*at)).map(|(_, column)| column.clone()).collect()
