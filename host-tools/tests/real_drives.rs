@@ -109,3 +109,19 @@ fn a_ball_screw_read_thirty_times_is_too_little() {
         assert!(why.contains("30 usable rows of 30 rows, at least 200 are needed"), "{why}");
     }
 }
+
+/// What `trial real` asks of every recording, EMPS with its published constants among them.
+#[test]
+fn every_recording_is_answered_as_its_authors_state() {
+    let Some(recording) = data("emps_train.csv") else { return };
+    let program = env!("CARGO_BIN_EXE_guideblock");
+    let out = folder().join("all");
+    let mut command = Command::new(program);
+    command.args(["trial", "real", "--binary", program, "--data"]).arg(recording.parent().unwrap());
+    assert!(command.arg("--out").arg(&out).output().unwrap().status.success());
+    let answers: Vec<Value> = serde_json::from_slice(&fs::read(out.join("real.json")).unwrap()).unwrap();
+    for answer in &answers {
+        assert_eq!(answer["is_right"], true, "{answer:#}");
+    }
+    assert!(!answers.is_empty());
+}

@@ -7,7 +7,6 @@ use crate::fit::bench::Bench;
 use crate::fit::least_squares::Fit;
 use crate::fit::member::{Beside, Member, causes, without};
 use crate::fit::pool::{Pool, Tolerances};
-use crate::fit::source::Source;
 use crate::noise::locks::least_of;
 use crate::numbers::statistics::rms;
 use crate::report::Considered;
@@ -52,7 +51,7 @@ pub(crate) struct Found<'s> {
 impl Found<'_> {
     /// Whether the law's own numbers are off, and nothing else.
     pub(crate) fn is_shift_only(&self) -> bool {
-        !self.members.is_empty() && self.members.iter().all(|m| matches!(m.candidate.source, Source::Shift { .. }))
+        !self.members.is_empty() && self.members.iter().all(|m| m.candidate.source.is_shift())
     }
 
     /// RMS force that law and members leave, N.
@@ -196,7 +195,7 @@ fn landed(
     let price = 0.5 * bench.ln_rows() + (pool.kinds as f64).ln();
     let given = case.given.nominal.start();
     loop {
-        let is_off = |at: &usize| matches!(members[*at].candidate.source, Source::Shift { .. });
+        let is_off = |at: &usize| members[*at].candidate.source.is_shift();
         let shifts: Vec<usize> = (0..members.len()).filter(is_off).collect();
         let starts: &[&[f64]] = if shifts.is_empty() { &[] } else { &[&given] };
         let there = case.valley(&bench.rows, causes(members)).lowest(values, starts)?;
@@ -236,7 +235,7 @@ fn left_n(case: &Case<'_>, bench: &Bench<'_>, members: &[Member], fit: &Fit, val
     let nominal = case.given.nominal;
     let amplitudes = amplitudes(members, fit);
     let mut left = case.side.residual(nominal, &shifted(nominal, values, members, &amplitudes))?;
-    let causes = members.iter().zip(&amplitudes).filter(|(m, _)| !matches!(m.candidate.source, Source::Shift { .. }));
+    let causes = members.iter().zip(&amplitudes).filter(|(m, _)| !m.candidate.source.is_shift());
     for (member, amplitudes) in causes {
         let force = bench.force(&member.candidate.source, amplitudes);
         left.iter_mut().zip(force).for_each(|(left, force)| *left -= force);
@@ -253,7 +252,7 @@ fn keep<T>(all: &mut Vec<T>, is_kept: &[bool]) {
 /// The same members on another bench of the same rows: a shift is a column of the law there, all else stays as it is.
 pub(crate) fn again(bench: &mut Bench<'_>, members: Vec<Member>) -> Vec<Member> {
     let one = |Member { mut candidate, .. }: Member| {
-        if let Source::Shift { .. } = candidate.source {
+        if candidate.source.is_shift() {
             candidate = bench.candidate(candidate.source.clone()).unwrap_or(candidate);
         }
         candidate.forget();
@@ -266,7 +265,7 @@ pub(crate) fn again(bench: &mut Bench<'_>, members: Vec<Member>) -> Vec<Member> 
 fn p_of_surest(bench: &Bench<'_>, pool: &Pool, members: &[Member]) -> f64 {
     let of = |at: usize| {
         let Beside { others, own, gain, .. } = bench.beside(members, at);
-        if let Source::Shift { .. } = own.source {
+        if own.source.is_shift() {
             return p_of_shift(gain.nats, pool);
         }
         let p = p_of(Asked::of(&own.source), &bench.locks(&own, &gain, &others), pool.kinds, 1);
@@ -287,6 +286,7 @@ fn tell_apart(
     is_coarse: bool,
 ) -> Vec<Set> {
     let mut sets = Vec::new();
+    let mut is_exchanged = false;
     for at in 0..members.len() {
         if doubts[at].is_some() {
             sets.push(Set::alone(members[at].candidate.clone()));
@@ -306,8 +306,16 @@ fn tell_apart(
         {
             let lead = lead.clone();
             members[at] = bench.take(lead);
+            is_exchanged = true;
         }
         sets.push(set);
+    }
+    if is_exchanged && doubts.contains(&Some(Doubt::Uneven)) {
+        // it may have been another in their place that made it so
+        let now = adequacy::doubts(bench, &bench.fit_members(members), members);
+        for (doubt, now) in doubts.iter_mut().zip(now) {
+            *doubt = doubt.filter(|doubt| *doubt != Doubt::Uneven || now.is_some());
+        }
     }
     sets
 }
