@@ -106,7 +106,8 @@ impl LeftOut {
                 }
                 if self.load.acts() {
                     let ratio = self.load.ratio(sign, at.preload_n);
-                    law_times += self.load.rise(ratio, own.per_preload);
+                    let friction = |times: f32| law.local(times * at.load_per_ball_n, with_law).friction;
+                    law_times += self.load.rise(ratio, own.friction, friction);
                     preload += self.load.preload_per_load * ratio;
                 }
                 law_times += own.per_preload * preload;
@@ -179,7 +180,9 @@ mod tests {
         let mut rho = f64::from(place.preload) + f64::from(place.interference) * by_load * by_load;
         if own.load.acts() {
             let ratio = own.load.ratio(passage.sign(), preload as f32);
-            m += f64::from(own.load.rise(ratio, k as f32));
+            let friction = |times: f64| law.local(times * load, f64::from(law_cst) * v).friction;
+            let here = friction(1.0) as f32;
+            m += f64::from(own.load.rise(ratio, here, |times| friction(f64::from(times)) as f32));
             rho += f64::from(own.load.preload_per_load * ratio);
         }
         m += k * rho;

@@ -4,7 +4,7 @@
 //! noise of an encoder at rest is neither motion nor a reversal. Distances telescope: they are differences of position
 //! since the last reversal, not sums of noisy steps.
 
-use model_core::friction::Friction;
+use model_core::exact::Exact;
 
 use crate::file::{Law, Simulation};
 use crate::guide::Lubricant;
@@ -103,10 +103,8 @@ pub struct Context<'a> {
     pub path_acceleration_m_s2: Option<Vec<f64>>,
     /// Mass that the law accelerates, kg.
     pub moved_mass_kg: f64,
-    /// Friction constants of a ball guide.
-    pub(crate) friction: Option<Friction>,
-    /// Power of the load per ball that the Hersey number goes with, of a ball guide.
-    pub(crate) hersey_by_load: f64,
+    /// Contacts and friction of a ball guide.
+    pub(crate) exact: Option<Exact>,
     /// Moves and turns.
     pub(crate) path: Path,
 }
@@ -126,8 +124,7 @@ impl<'a> Context<'a> {
         let (mut by_preload_n, mut by_viscosity_n) = (vec![0.0; rows], vec![0.0; rows]);
         let mut viscosity_curvature_n = Vec::new();
         let viscous_n;
-        let (mut has_stribeck, mut viscosity_follows_temperature) = (false, false);
-        let (mut friction, mut hersey_by_load) = (None, 0.0);
+        let (mut has_stribeck, mut viscosity_follows_temperature, mut exact) = (false, false, None);
         if !matches!(simulation.law, Law::CoulombViscous { .. }) {
             let preload = |factor| at(&Factors { preload: factor, ..Factors::default() });
             let viscosity = |factor| at(&Factors { viscosity: factor, ..Factors::default() });
@@ -148,8 +145,7 @@ impl<'a> Context<'a> {
                 viscous_n = steady.load_per_ball_n.iter().zip(&steady.hersey).map(of).collect();
                 has_stribeck = constants.mu_stribeck > 0.0;
                 viscosity_follows_temperature = matches!(set.lubricant(), Lubricant::Walther(_));
-                friction = Some(*constants);
-                hersey_by_load = set.exact().hersey_load_exponent(USUAL_LOAD_N);
+                exact = Some(*set.exact());
             }
             Law::CoulombViscous { viscous_n_s_m, .. } => {
                 let slope = viscous_n_s_m.unwrap_or(0.0);
@@ -186,8 +182,7 @@ impl<'a> Context<'a> {
             at_path_speed_n,
             path_acceleration_m_s2,
             moved_mass_kg: simulation.axis.moved_mass_kg.unwrap_or(0.0),
-            friction,
-            hersey_by_load,
+            exact,
             path,
             steady,
         })
@@ -288,7 +283,7 @@ impl<'a> Context<'a> {
 
     /// What the law says where the logarithm of the viscosity is larger by this in every row, less what it says, signed, N.
     pub(crate) fn thinned_n(&self, logs: &[f64]) -> Vec<f64> {
-        let Some(friction) = &self.friction else {
+        let Some(friction) = self.exact.as_ref().map(Exact::friction) else {
             let (force, bend) = (self.by_oil_n(), &self.viscosity_curvature_n);
             return self.rows(|n| logs[n] * (force[n] + 0.5 * logs[n] * bend.get(n).unwrap_or(&0.0)));
         };
@@ -301,7 +296,9 @@ impl<'a> Context<'a> {
 
     /// Friction of contacts that touch, N, signed: in proportion to the load; of laws without it, all friction.
     pub(crate) fn dry_n(&self) -> Vec<f64> {
-        let Some(friction) = &self.friction else { return self.against_motion(|n| self.steady.drag_n[n]) };
+        let Some(friction) = self.exact.as_ref().map(Exact::friction) else {
+            return self.against_motion(|n| self.steady.drag_n[n]);
+        };
         let q = &self.steady.load_per_ball_n;
         self.against_motion(|n| self.geometry.loaded_balls * friction.mu_coulomb * q[n])
     }

@@ -18,7 +18,7 @@ pub(super) const EXTERNAL_LOAD: Definition = Definition {
             columns: |context, _| shown(vec![symmetric(context)?]),
             phase_bound: false,
             equation: "F = part·F_law·(r+·m(r+) + r-·m(r-) - 2)/2, r+ = (1+t)^1.5, r- = (1-t)^1.5, r+ - r- = |W|/F_p, \
-                       m(r) = μ(H·r^e)/μ(H) with H ∝ Q^e, of a column of force r^(k-1), k = dlnF_law/dlnF_p; without a preload \
+                       m(r) = μ(H(r·Q))/μ(H(Q)), of a column of force r^(k-1), k = dlnF_law/dlnF_p; without a preload \
                        F = part·sign(V)·|W|/1000",
         },
         Form {
@@ -55,7 +55,7 @@ const STEEPEST: f64 = 4.0;
 /// What two halves of the contacts at their own loads make, more than both at the law's.
 ///
 /// ```text
-/// F_law·(r+·μ(H·r+^e) + r-·μ(H·r-^e) - 2μ(H))/2μ(H),   r± = (1 ± t)^1.5,   H ∝ Q^e
+/// F_law·(r+·μ(H(r+·Q)) + r-·μ(H(r-·Q)) - 2μ(H))/2μ(H),   r± = (1 ± t)^1.5
 /// F_law·(r+^k + r-^k - 2)/2,   k = dlnF_law/dlnF_p              of laws without a friction coefficient
 /// ```
 fn symmetric(context: &Context<'_>) -> Option<Vec<f64>> {
@@ -76,12 +76,14 @@ fn symmetric(context: &Context<'_>) -> Option<Vec<f64>> {
         if last.0 != ratio {
             last = (ratio, halves(ratio));
         }
-        let of_half = |load: f64| match &context.friction {
+        let of_half = |load: f64| match &context.exact {
             _ if load <= 0.0 => 0.0,
-            Some(friction) => {
-                let hersey = context.steady.hersey[n];
-                let at_load = friction.coefficient(hersey * libm::pow(load, context.hersey_by_load));
-                load * at_load / friction.coefficient(hersey)
+            Some(exact) => {
+                // beyond its geometry a contact has no other film than at the end of it
+                let (own, most_n) = (context.steady.load_per_ball_n[n], exact.load_limit_n());
+                let film = |load_n: f64| exact.hersey(load_n.min(0.99 * most_n), 1.0, 1.0);
+                let (hersey, friction) = (context.steady.hersey[n], exact.friction());
+                load * friction.coefficient(hersey * film(load * own) / film(own)) / friction.coefficient(hersey)
             }
             None => libm::pow(load, (context.by_preload_n[n] / (sign * drag[n])).clamp(0.0, STEEPEST)),
         };
