@@ -87,6 +87,8 @@ pub(crate) struct Root<R> {
 /// The law at a load: what corrections to it depend on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Local<R> {
+    /// s = Q^(1/3), N^(1/3).
+    pub load_root: R,
     /// m = μ/μ_c.
     pub friction: R,
     /// k = dlnF_f/dlnF_p at constant ν V.
@@ -260,7 +262,15 @@ impl<R: Real> Reduced<R> {
         let m = c(1.0) + self.viscous * h + stribeck;
         let film = film_exponent * h * (self.viscous - stribeck) / m;
         let angle = self.angle_per_load * (s * s);
-        Local { friction: m, per_preload: (c(3.0) + film) / (c(3.0) - (angle + angle) / (c(1.0) + angle)) }
+        let per_preload = (c(3.0) + film) / (c(3.0) - (angle + angle) / (c(1.0) + angle));
+        Local { load_root: s, friction: m, per_preload }
+    }
+
+    /// m = μ/μ_c at the cube root of a load per ball, N^(1/3), and ν·abs(V), cSt·m/s.
+    #[inline]
+    pub fn friction(&self, load_root: R, viscous_speed: R) -> R {
+        let (h, _) = self.film(self.hersey_speed, load_root, self.film_per_viscous_speed * viscous_speed);
+        R::from_f64(1.0) + self.viscous * h + self.stribeck * (-h).exp()
     }
 
     /// Inverts the law: preload, working point and sensitivities of a drag force.

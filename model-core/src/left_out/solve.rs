@@ -106,7 +106,7 @@ impl LeftOut {
                 }
                 if self.load.acts() {
                     let ratio = self.load.ratio(sign, at.preload_n);
-                    let friction = |times: f32| law.local(times * at.load_per_ball_n, with_law).friction;
+                    let friction = |times: f32| law.friction(times * own.load_root, with_law);
                     law_times += self.load.rise(ratio, own.friction, friction);
                     preload += self.load.preload_per_load * ratio;
                 }
@@ -180,7 +180,7 @@ mod tests {
         let mut rho = f64::from(place.preload) + f64::from(place.interference) * by_load * by_load;
         if own.load.acts() {
             let ratio = own.load.ratio(passage.sign(), preload as f32);
-            let friction = |times: f64| law.local(times * load, f64::from(law_cst) * v).friction;
+            let friction = |times: f64| law.local(times * times * times * load, f64::from(law_cst) * v).friction;
             let here = friction(1.0) as f32;
             m += f64::from(own.load.rise(ratio, here, |times| friction(f64::from(times)) as f32));
             rho += f64::from(own.load.preload_per_load * ratio);
