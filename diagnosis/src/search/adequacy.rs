@@ -1,17 +1,18 @@
-//! Whether a cause that explains much is what acts.
+//! Adequacy: whether a cause that explains much is the one that really acts.
 //!
-//! The force of a true cause has the same size wherever it acts. The best of wrong names follows the mismatch here and
-//! misses it there: given a size of its own in every block, it would explain far more than it does with one.
+//! The force of a true cause has one amplitude wherever it acts. The best of several wrong names follows the mismatch
+//! in some blocks and misses it in others: given an amplitude of its own in every block, it would explain far more than
+//! with a single one.
 //!
 //! ```text
-//! r    what all causes leave, whitened        g    the cause's force without what law and other causes imitate
+//! r    residual of law and all causes, whitened     g    the cause's force, less what law and other causes imitate
 //! unevenness = (Σ_b (r·g)_b²/(g·g)_b - blocks) / (g·g)
 //! ```
 //!
-//! The sum is what sizes of their own would explain beside the one size, which is `g·g`; noise alone would explain one
-//! per block.
+//! The numerator is what one amplitude per block would explain beyond the single amplitude (squared, `g·g`); noise
+//! alone would explain 1 per block.
 //!
-//! Where the form says how the force grows with the load, a force that grows otherwise is another one: see
+//! Where a cause's form states how its force grows with the load, a force that grows otherwise is another cause: see
 //! [`load_law`](crate::search::load_law).
 
 use simulation::curve::Axis;
@@ -33,78 +34,80 @@ use crate::search::load_law;
 /// Why a cause that explains much is not named.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Doubt {
-    /// Its size is not the same throughout.
+    /// Its amplitude differs between parts of the recording.
     Uneven,
-    /// It grows with the load otherwise than its form says.
+    /// It grows with the load otherwise than its form states.
     WithLoad,
-    /// Only the end of what one of its numbers can be comes near.
+    /// The mismatch is best approached with one of its shape parameters at the end of that parameter's range.
     AtTheEnd(&'static str),
-    /// It acts after a turn more than along the stroke, where it would have to act.
+    /// It acts more after a turn than along the stroke, although it would have to act along the stroke.
     HardlyAlongTheStroke,
-    /// Something beside it that changes as slowly has no name: one thing whose form is not known.
+    /// A slow curve or doubted cause stands beside this slow one: both may be one effect of unknown form.
     BesideNameless,
-    /// The only name, and what has none beside it explains more: it may be a part of that.
+    /// It is the only name left, and something without a name is larger: it may be a part of that.
     LessThanNameless,
-    /// Beside the others its force is more than any machine has.
+    /// Beside the other causes its force is larger than on any machine.
     BeyondAnyMachine(&'static str),
-    /// As many causes with numbers of their own do as well: what all follow tells of none.
+    /// So many causes with shape parameters do equally well that none of them can be named.
     OneOfMany(usize),
 }
 
-/// Causes with numbers of their own that do as well as one another, from which on none of them is a name. Read off opened
-/// trials (20 to 23): sets with the right name have four at most, the two that have more are of what the library lacks.
+/// Number of tied causes with shape parameters from which on none of them is named. Read off opened trials (20 to 23):
+/// sets with the right name have four at most; the two sets with more are of effects that the library lacks.
 const MANY: usize = 5;
 
-/// Doubt about a cause that this recording cannot tell from the others of a set.
+/// Doubt about a cause that this recording cannot tell from the others of its set.
 pub(crate) fn doubt_of_many<'s>(set: impl Iterator<Item = &'s Source> + Clone) -> Option<Doubt> {
     let with_numbers = set.clone().filter(|source| source.shapes() > 0).count();
     (with_numbers >= MANY).then(|| Doubt::OneOfMany(set.count()))
 }
 
-/// Unevenness from which a name is doubted. Read off an opened trial (docs/trials/1): most right names stay
-/// below it, about half of the names that were given to what the library does not know lie above.
+/// Unevenness above which a name is doubted. Read off an opened trial (docs/trials/1): most right names stay below it,
+/// about half of the names given to effects that the library lacks lie above.
 const UNEVEN: f64 = 0.2;
 
-/// The same for a name with a number at its end, and for one beside a doubtful name.
+/// Unevenness limit for a name with a shape parameter at an end of its range, and for one beside a doubted name.
 const UNEVEN_BESIDE: f64 = 0.1;
 
-/// The same for a name that no other stands beside, whose forms might leave what is uneven, and what sizes of their own must
-/// then explain at least, nats. Read off an opened trial (docs/trials/14): right names alone stay below 0.06 where so much tells.
+/// Unevenness limit for a name that stands alone (no other name's form can leave the uneven part), and the least that
+/// amplitudes per block must then explain, nats. Read off an opened trial (docs/trials/14): with that much evidence,
+/// right names standing alone stay below 0.06.
 const UNEVEN_ALONE: f64 = 0.08;
 const LEAST_ALONE: f64 = 200.0;
 
-/// What sizes of their own must explain at least, nats: less is coloured noise that was not quite whitened ..
+/// Least that amplitudes per block must explain, nats: less than this is coloured noise that was not quite whitened ..
 const LEAST: f64 = 30.0;
 
-/// .. and as a share of what all causes explain: less is what the form of a larger one leaves.
+/// .. and least as a share of what all causes explain: less than this is what the form of a larger cause leaves.
 pub(crate) const LEAST_SHARE: f64 = 0.04;
 
-/// Share of a cause's own force below which a block says nothing of its size.
+/// Share of a cause's total squared force below which a block tells nothing of its amplitude.
 const SILENT: f64 = 1e-3;
 
-/// Share of its way at which a number is at its end.
+/// Distance from an end of a shape parameter's range, as a share of the range, within which it counts as at the end.
 const END: f64 = 0.01;
 
-/// The same of a number that is farther in.
+/// Distance from the end, as a share of the range, that serves for comparison as clearly inside.
 const INSIDE: f64 = 0.1;
 
-/// Share of what all causes explain that a curve without a name may explain beside a cause that goes with the travel or a
-/// temperature, and what it must explain at least, nats: what wears off, is used up or warms leaves no curve anything. Read off
-/// opened trials (docs/trials/19, 20): beside right names it is 0.02 at most, beside wrong ones 0.07 and more.
+/// Share of what all causes explain that an unnamed curve may explain beside a cause over travel or temperature, and
+/// the least it must explain to matter, nats: wear, depletion and warming, rightly modelled, leave nothing to a curve.
+/// Read off opened trials (docs/trials/19, 20): 0.02 at most beside right names, 0.07 and more beside wrong ones.
 const LEFT_TO_CURVES: f64 = 0.04;
 const LEAST_LEFT_TO_CURVES: f64 = 20.0;
 
-/// Most of what a machine has at most that a physical cause may seem to have beside others, which may pull against it. Read off
-/// opened trials (20 to 23): of right names one has 1.47 of it and the others 1.1 at most, four false ones 1.24 to 5.5.
+/// Largest amplitude of a physical cause, as a multiple of the most that a machine has; some excess is allowed because
+/// causes may pull against one another. Read off opened trials (20 to 23): one right name has 1.47, the others 1.1 at
+/// most; four false ones have 1.24 to 5.5.
 const BEYOND: f64 = 1.5;
 
-/// Axes of causes that leave none.
+/// Axes of causes that leave nothing to an unnamed curve.
 const LEAVES_NO_CURVE: [Axis; 3] = [Axis::Travel, Axis::Temperature, Axis::TemperatureDifference];
 
-/// Axes of what is slow.
+/// Axes along which things change over a whole session.
 const SLOW: [&str; 3] = ["time", "travel", "temperature-difference"];
 
-/// What speaks against each member.
+/// The doubt about each member, if there is one.
 pub(crate) fn doubts(bench: &Bench<'_>, fit: &Fit, members: &[Member]) -> Vec<Option<Doubt>> {
     let rest = bench.rest(fit);
     let evidence = 0.5 * (bench.fit(&bench.law()).rss - fit.rss);
@@ -118,13 +121,13 @@ pub(crate) fn doubts(bench: &Bench<'_>, fit: &Fit, members: &[Member]) -> Vec<Op
         found.iter_mut().zip(alone).for_each(|(found, alone)| *found = found.or(alone));
     }
     if found.iter().any(Option::is_some) {
-        // beside a doubtful name the others may be parts of the same thing
+        // beside a doubted name the others may be parts of the same effect
         let beside = with((UNEVEN_BESIDE, least));
         found.iter_mut().zip(beside).for_each(|(found, beside)| *found = found.or(beside));
     }
     let is_nameless = |at: &usize| found[*at].is_some() || members[*at].candidate.source.is_story();
     let (nameless, named): (Vec<usize>, Vec<usize>) = (0..members.len()).partition(is_nameless);
-    // of several names what has none is what they leave, however large
+    // where several names stand, what is unnamed is their remainder, however large it is
     if let [only] = named[..] {
         let size_n = |at: usize| size_n(bench, &members[at].candidate.source, &members[at].amplitudes(fit));
         let is_less = || nameless.iter().any(|at| size_n(*at) > size_n(only));
@@ -142,7 +145,7 @@ pub(crate) fn doubts(bench: &Bench<'_>, fit: &Fit, members: &[Member]) -> Vec<Op
     found
 }
 
-/// Doubts names of what leaves no curve anything where one without a name explains more beside all causes.
+/// Doubts causes that should leave nothing to a curve where an unnamed curve explains more beside all causes.
 pub(crate) fn doubt_what_leaves_a_curve(
     bench: &Bench<'_>,
     pool: &mut Pool,
@@ -155,7 +158,7 @@ pub(crate) fn doubt_what_leaves_a_curve(
     }
     let fit = bench.fit_members(members);
     let evidence = 0.5 * (bench.fit(&bench.law()).rss - fit.rss);
-    // noise alone gives half a nat a column
+    // noise alone gives half a nat per column
     let of_curves = ranked(bench, &mut pool.stories, &fit, tolerances)
         .into_iter()
         .map(|(index, gain)| gain.nats - pool.stories[index].columns.len() as f64);
@@ -168,20 +171,20 @@ pub(crate) fn doubt_what_leaves_a_curve(
     }
 }
 
-/// Whether a cause goes with what has been travelled or with a temperature.
+/// Whether a cause acts along the travel or a temperature.
 fn leaves_no_curve(source: &Source) -> bool {
     matches!(source, Source::Mechanism { definition, .. }
         if LEAVES_NO_CURVE.iter().any(|axis| definition.axis == axis.name()))
 }
 
-/// Whether a cause may be a part of a larger one that has no name: what is tied to a place is told by the place, a wave is no
-/// part of what is smooth, and a sensor fault has a form of its own.
+/// Whether a cause may be a part of a larger unnamed one. Exempt are causes tied to places (the place itself identifies
+/// them), waves (no part of anything smooth) and sensor faults (they have forms of their own).
 fn may_be_a_part(source: &Source) -> bool {
     matches!(source, Source::Mechanism { definition, form, .. }
         if definition.kind == Kind::Physics && !is_wave(&definition.forms[*form]) && !source.is_phase_bound())
 }
 
-/// Whether a cause changes over a whole session: what grows with the time, the travel and the heat of a machine that is used.
+/// Whether a cause changes over a whole session, with time, travel or temperature difference, as wear and warming do.
 fn is_slow(source: &Source) -> bool {
     match source {
         Source::Mechanism { definition, .. } => SLOW.contains(&definition.axis),
@@ -190,7 +193,7 @@ fn is_slow(source: &Source) -> bool {
     }
 }
 
-/// The amplitude of a physical cause that is more than any machine has.
+/// Name of the amplitude by which a physical cause is larger than on any machine.
 fn beyond_any_machine(source: &Source, amplitudes: &[f64]) -> Option<&'static str> {
     let Source::Mechanism { definition, form, .. } = source else { return None };
     if definition.kind != Kind::Physics {
@@ -222,12 +225,13 @@ fn doubt(
     if hardly_pulls(bench, fit, member) {
         return Some(Doubt::HardlyAlongTheStroke);
     }
-    // what a structure is struck with, rolling among it, is not the same throughout, nor where a force lies between two steps
+    // both are uneven by nature: a resonance depends on what excites it, rounding on where the force lies between two
+    // steps
     if [Id::StructuralResonance, Id::ForceQuantisation].iter().any(|id| member.candidate.source.is(*id)) {
         return None;
     }
     let force = own_force(bench, fit, member);
-    // the data alone cannot tell the size of a shift that the law's other numbers imitate
+    // where the law's other parameters imitate a shift, the data alone cannot tell its size
     let is_imitated = member.candidate.source.is_shift() && products(&[&force], &[&force])[0] < 2.0 * LEAST;
     if is_imitated {
         return None;
@@ -245,8 +249,8 @@ fn doubt(
     }
 }
 
-/// Whether a chain bends with more force than it pulls with along the stroke: what is left of it then follows a turn as many
-/// things do.
+/// Whether a cable chain's bending force (after a turn) exceeds its pull along the stroke: it then looks like many
+/// other effects that follow a turn.
 fn hardly_pulls(bench: &Bench<'_>, fit: &Fit, member: &Member) -> bool {
     let source = &member.candidate.source;
     let Source::Mechanism { definition, form, .. } = source else { return false };
@@ -262,20 +266,20 @@ fn hardly_pulls(bench: &Bench<'_>, fit: &Fit, member: &Member) -> bool {
     force_n("bending") > force_n("force_per_m")
 }
 
-/// Whether a member's size is the same throughout, as that of a small cause must be beside a large one.
+/// Whether a member's amplitude is the same throughout, as a small cause beside a large one must show.
 pub(crate) fn is_even(bench: &Bench<'_>, members: &[Member], at: usize) -> bool {
     let fit = bench.fit_members(members);
     unevenness(bench, &own_force(bench, &fit, &members[at]), &bench.rest(&fit)).0 < UNEVEN_BESIDE
 }
 
-/// A member's force without what law and other causes imitate, whitened.
+/// A member's whitened force, less what law and other causes imitate.
 fn own_force(bench: &Bench<'_>, fit: &Fit, member: &Member) -> Vec<f32> {
     let mut force = vec![0.0f32; bench.base[0].len()];
     for column in member.base.iter().filter(|column| fit.active.contains(column)) {
         let amplitude = fit.value_of(*column) as f32;
         force.iter_mut().zip(&bench.base[*column]).for_each(|(force, x)| *force += amplitude * x);
     }
-    // a shift is one of the law's own columns, set free
+    // a shift is one of the law's own columns, set free: it must not be removed from itself
     let own = match &member.candidate.source {
         Source::Shift { parameter } => Some(parameter + 1),
         _ => None,
@@ -290,7 +294,7 @@ fn own_force(bench: &Bench<'_>, fit: &Fit, member: &Member) -> Vec<f32> {
     force
 }
 
-/// Unevenness of a force, and what sizes of their own would explain, nats.
+/// Unevenness of a force, and what amplitudes per block would explain beyond a single one, nats.
 fn unevenness(bench: &Bench<'_>, force: &[f32], rest: &[f32]) -> (f64, f64) {
     let gram = Gram::of(&[rest, force], &bench.rows.blocks);
     let all = gram.total.get(1, 1);
@@ -303,7 +307,7 @@ fn unevenness(bench: &Bench<'_>, force: &[f32], rest: &[f32]) -> (f64, f64) {
     if all > 0.0 { (more / all, 0.5 * more) } else { (0.0, 0.0) }
 }
 
-/// Numbers of a cause's shape that lie at an end of what they can be.
+/// Names of the shape parameters of a cause that lie at an end of their range.
 fn numbers_at_their_end(source: &Source) -> Vec<&'static str> {
     let Source::Mechanism { definition, form, shape } = source else { return Vec::new() };
     let parameters = definition.forms[*form].shape.iter().zip(shape);
@@ -313,8 +317,9 @@ fn numbers_at_their_end(source: &Source) -> Vec<&'static str> {
         .collect()
 }
 
-/// Whether a number of a cause lies at an end of what it can be, one that tells against it or from which it explains less a
-/// little farther in, by more than two that cannot be told apart differ by. `fit`: of law and others, `gain`: of the cause beside them.
+/// Whether a shape parameter of a cause is held at an end of its range: either that end alone is telling, or the cause
+/// explains less a little farther in, by more than the tie between two indistinguishable causes. `fit`: law and others;
+/// `gain`: what the cause adds.
 pub(crate) fn is_held_at_an_end(bench: &Bench<'_>, fit: &Fit, own: &Candidate, gain: &Gain) -> bool {
     let Source::Mechanism { definition, form, shape } = &own.source else { return false };
     definition.forms[*form].shape.iter().enumerate().any(|(k, parameter)| {
@@ -336,17 +341,17 @@ fn is_inside(share: f64) -> bool {
     (END..=1.0 - END).contains(&share)
 }
 
-/// Whether a number that the minimal form has not lies at an end of what it can be.
+/// Whether a shape parameter that the minimal form lacks lies at an end of its range.
 pub(crate) fn is_long_and_at_its_end(source: &Source) -> bool {
     let Source::Mechanism { definition, .. } = source else { return false };
     let minimal = definition.forms.first().map_or(&[][..], |form| form.shape);
     numbers_at_their_end(source).iter().any(|name| minimal.iter().all(|parameter| parameter.name != *name))
 }
 
-/// Whether the end of a number alone is enough to doubt: friction of seals and churned grease that grows faster than any
-/// seal or grease does, a structure that is too damped to ring, a chain that takes more than its own radius to bend, a film
-/// that starves within a stroke or recovers at once or never, a shear stress that has stopped growing before the carriage
-/// moves, contacts that roll before they have given way at all.
+/// Whether a shape parameter at this end is enough to doubt the cause: friction of seals or churned grease that grows
+/// faster with speed than any seal or grease does, a structure too damped to ring, a chain that needs more than its own
+/// radius to bend, a film that starves within a stroke or recovers at once or never, a shear stress that stops growing
+/// before the carriage moves, contacts that roll before they have yielded at all.
 fn is_telling(source: &Source, name: &str) -> bool {
     let Source::Mechanism { definition, form, shape } = source else { return false };
     let parameters = definition.forms[*form].shape.iter().zip(shape);

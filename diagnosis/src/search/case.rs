@@ -1,4 +1,4 @@
-//! What a search is about.
+//! The case of a search: what is given, the recording, and the rows that may be searched.
 
 use simulation::Simulation;
 use simulation::file::PositionReference;
@@ -15,17 +15,17 @@ use crate::nominal::Nominal;
 use crate::numbers::rounding::is_coarse;
 use crate::recording::side::Side;
 
-/// What no search changes: the simulation, and what the channels tell by themselves.
+/// What no search changes: the simulation, and what the channels tell on their own.
 #[derive(Clone, Copy)]
 pub(crate) struct Given<'s> {
     pub(crate) simulation: &'s Simulation,
     pub(crate) nominal: &'s Nominal,
-    /// Shapes of a resonance that the spectrum points to; `None` where the speed is too noisy for one: what it makes of the
-    /// acceleration rings at any frequency.
+    /// Shapes of a resonance that the spectrum points to; `None` where the speed is too noisy: the acceleration derived
+    /// from it would seem to ring at any frequency.
     pub(crate) ringing: Option<&'s [Vec<f64>]>,
-    /// What starts and stops tell of the time between motion and force.
+    /// What starts and stops tell of the delay between motion and force.
     pub(crate) edges: Option<Edges>,
-    /// Step in which the force channel counts, N.
+    /// Quantisation step of the force channel, N.
     pub(crate) step_n: Option<f64>,
 }
 
@@ -34,15 +34,16 @@ pub(crate) struct Given<'s> {
 pub(crate) struct Case<'s> {
     pub(crate) given: Given<'s>,
     pub(crate) side: &'s Side<'s>,
-    /// Rows that may be searched, one entry a row of all runs.
+    /// Rows that may be searched; one entry per row of all runs.
     pub(crate) training: &'s [bool],
     pub(crate) saturation: &'s Saturation,
-    /// Travel since the force has turned from which on rows are compared, m: what play of the coupling leaves to be seen.
+    /// Travel since the last reversal of the force from which on rows are compared, m; before it, play of the coupling
+    /// hides the force.
     pub(crate) seen_from_m: f64,
 }
 
 impl<'s> Case<'s> {
-    /// The mismatch around the law at some values.
+    /// The bench for the mismatch around the law at the given parameter values.
     pub(crate) fn around(&self, rows: &Rows, values: &[f64]) -> Result<Bench<'s>, String> {
         let Case { given: Given { simulation, nominal, edges, .. }, side, training, .. } = *self;
         let mismatch = side.residual(nominal, values)?;
@@ -58,14 +59,14 @@ impl<'s> Case<'s> {
         Ok(bench)
     }
 
-    /// RMS of what neither the law at some values nor any curve beside it follows, N.
+    /// RMS of what neither the law at the given values nor any curve beside it follows, N.
     pub(crate) fn noise_n(&self, rows: &Rows, values: &[f64]) -> Result<f64, String> {
         let Case { given: Given { nominal, .. }, side, saturation, .. } = *self;
         let (mismatch, tangent) = (side.residual(nominal, values)?, side.tangent(nominal, values)?);
         Ok(noise_rms(rows, &saturation.rest(rows, &side.contexts, &mismatch, &tangent, &[])))
     }
 
-    /// The law's numbers beside causes.
+    /// The valley of the law's parameters beside the given causes: where the law settles.
     pub(crate) fn valley<'a>(&self, rows: &'a Rows, causes: impl IntoIterator<Item = &'a Candidate>) -> Valley<'a>
     where
         's: 'a,
@@ -74,7 +75,7 @@ impl<'s> Case<'s> {
         Valley { nominal: self.given.nominal, side: self.side, rows, training: self.training, causes }
     }
 
-    /// Step in which the force channel counts, N, where that is a good part of the noise.
+    /// Quantisation step of the force channel, N, where it is a considerable part of the noise.
     pub(crate) fn coarse_step_n(&self, noise_n: f64) -> Option<f64> {
         self.given.step_n.filter(|step| is_coarse(*step, noise_n))
     }

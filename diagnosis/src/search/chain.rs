@@ -1,7 +1,7 @@
-//! What of a cable chain's force is another's.
+//! Cable chain: which parts of its force belong to another cause.
 //!
-//! A chain drags, and pulls the more the farther the carriage goes. Its drag and its constant pull are what a seal and an offset
-//! are too, and only what changes along the rail speaks for a chain:
+//! A chain drags, and pulls the more the farther the carriage goes. A seal and an offset explain its drag and constant
+//! pull as well; only a pull that changes along the rail speaks for a chain:
 //!
 //! ```text
 //! it hardly changes along the rail                              a seal and an offset, no chain
@@ -21,14 +21,15 @@ use crate::fit::spectrum::span;
 use crate::search::holds::FURTHER;
 use crate::search::{drop_idle, without};
 
-/// How far the mean pull of a chain, of half of what it changes by, may be from 0 and from 1: the stroke that was passed over need
-/// not be all of the chain's.
+/// Tolerance of the ratio of mean pull to half its change around 0 and 1: the stroke passed over need not be all of the
+/// chain's.
 const UNEVEN: f64 = 0.25;
 
-/// Standard errors of the mean pull by which it must be beyond that.
+/// Standard errors by which the mean pull must lie beyond that tolerance.
 const SURE: f64 = 3.0;
 
-/// Gives the constant parts of a cable chain's force to those whose they are. Answers whether there is more to search for.
+/// Reassigns the constant parts of a cable chain's force to seal and offset. Returns whether more is to be searched
+/// for.
 pub(super) fn set_apart(bench: &mut Bench<'_>, members: &mut Vec<Member>) -> bool {
     let Some(at) = members.iter().position(|member| member.candidate.source.is(Id::CableChain)) else { return false };
     let others = without(members, at);
@@ -40,7 +41,7 @@ pub(super) fn set_apart(bench: &mut Bench<'_>, members: &mut Vec<Member>) -> boo
     !is_straight && balance(bench, members, at)
 }
 
-/// Replaces a chain that hardly changes along the rail by what is left of it then. Answers whether it did.
+/// Replaces a chain whose pull hardly changes along the rail by a seal and an offset. Returns whether it did.
 fn straighten(bench: &mut Bench<'_>, members: &mut Vec<Member>, at: usize) -> bool {
     let Beside { others, fit, gain, .. } = bench.beside(members, at);
     let mut instead = others;
@@ -56,7 +57,7 @@ fn straighten(bench: &mut Bench<'_>, members: &mut Vec<Member>, at: usize) -> bo
     true
 }
 
-/// Takes a mean pull that is no chain's out of one. Answers whether it did.
+/// Moves a mean pull that the chain cannot have out of it, into an offset. Returns whether it did.
 fn balance(bench: &mut Bench<'_>, members: &mut Vec<Member>, at: usize) -> bool {
     let Source::Mechanism { definition, form, .. } = &members[at].candidate.source else { return false };
     let fit = bench.fit_members(members);
@@ -85,7 +86,7 @@ fn balance(bench: &mut Bench<'_>, members: &mut Vec<Member>, at: usize) -> bool 
     let Some((chain, _)) = best else { return false };
     let offset_at = instead.len() - 1;
     instead.push(bench.take(chain));
-    // twice the evidence is the square of the mean in units of its standard error
+    // twice the evidence (nats) is the squared ratio of the mean to its standard error
     let evidence = bench.beside(&instead, offset_at).gain.nats;
     let is_told = beyond_n * (2.0 * evidence).sqrt() > SURE * mean_n.abs();
     if is_told {
@@ -98,7 +99,8 @@ fn minimal(id: Id) -> Source {
     Source::Mechanism { definition: definition(id), form: 0, shape: Vec::new() }
 }
 
-/// Mean of a pull `[N, N/m, N/m²]` over the stroke, and how far that lies beyond what a chain has by itself, N; not above 0 within.
+/// Mean of a pull `[N, N/m, N/m²]` over the stroke, and how far it lies beyond what a chain can have itself, N (≤ 0:
+/// within).
 fn beyond_its_own(pull: [f64; 3], from: f64, to: f64) -> (f64, f64) {
     let at = |x: f64| pull[0] + x * (pull[1] + x * pull[2]);
     let peak = Some(-0.5 * pull[1] / pull[2]).filter(|x| (from..=to).contains(x)).map_or(at(from), at);
@@ -106,7 +108,7 @@ fn beyond_its_own(pull: [f64; 3], from: f64, to: f64) -> (f64, f64) {
     let least = ends.iter().copied().fold(f64::INFINITY, f64::min);
     let most = ends.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let half = 0.5 * (most - least);
-    // of a parabola, exactly
+    // Simpson's rule, exact for a parabola
     let mean = (at(from) + 4.0 * at(0.5 * (from + to)) + at(to)) / 6.0;
     let beyond = [0.0, half].map(|own| (mean.abs() - own).abs() - UNEVEN * half);
     (mean, beyond[0].min(beyond[1]))

@@ -1,15 +1,15 @@
-//! Periods in time at which a rest repeats: what another machine does on its own clock.
+//! Clocks: periods in time at which the residual repeats, such as another machine's own cycle.
 //!
-//! As [`crate::fit::spectrum`] does for waves along the rail, one Fourier transform over the time tells every period. A wave
-//! `g(t)·e^{iωt}` with the carrier `g` lowers the squared rest `r` by
+//! As [`crate::fit::spectrum`] does for waves along the rail, one Fourier transform over time examines every period. A
+//! wave `g(t)·e^{iωt}` with the carrier `g` lowers the squared residual `r` by
 //!
 //! ```text
 //! |Σ r̃ g e^{-iωt}|²/|H(g cos ωt)|²
 //! ```
 //!
-//! `r̃` is the rest sent backwards through the noise filter `H`. The size of the wave behind the filter is taken at a few
-//! frequencies: a carrier that changes sign with the motion moves a slow wave to where the filter lets more through, which
-//! the filter's response alone does not tell. A clock's force has edges, so that its orders are taken together.
+//! `r̃` is the residual filtered backwards through the noise filter `H`. The wave's size behind the filter is computed
+//! at a few frequencies: a carrier that changes sign with the motion shifts a slow wave to frequencies that the filter
+//! passes better, which the filter's response alone does not tell. A clock's force has edges, so its orders are summed.
 
 use std::sync::Arc;
 
@@ -28,55 +28,56 @@ use crate::fit::source::Source;
 use crate::fit::story;
 use crate::numbers::peaks::peaks;
 
-/// Shortest period, s, where the transform has room for it.
+/// Shortest period, s, where the transform is long enough for it.
 const SHORTEST_S: f64 = 0.5;
 
-/// Periods that a recording must show, and the longest of its parts without a break: what comes once in every part is as
+/// Least number of periods in the recording, and in its longest part without a break: what comes once per part is as
 /// likely to belong to the part.
 const PERIODS: f64 = 5.0;
 const PERIODS_OF_PART: f64 = 1.5;
 
-/// Orders that are taken together: what a clock's slow part shows above slow noise is in its edges.
+/// Orders that are summed: a clock's slow part is hidden in slow noise, its edges are not.
 const ORDERS: usize = 8;
 
-/// Places of the transform a second, and how often the recording fits into it.
+/// Samples of the transform per second, and its zero-padding factor.
 const PER_S: f64 = 3.0 * ORDERS as f64 / SHORTEST_S;
 const PADDED: f64 = 2.0;
 
-/// Most places: along a recording of many hours the shortest period is a longer one.
+/// Most bins: in a recording of many hours this lengthens the shortest period.
 const MOST_BINS: usize = 1 << 20;
 
-/// Peaks that are pointed out for every carrier.
+/// Most peaks pointed out per carrier.
 const PEAKS: usize = 3;
 
-/// Clocks whose frequency is refined, and what they must explain for that, nats: a third of what a curve with so many
-/// knots costs.
+/// Most clocks whose frequency is refined, and the least a clock must explain for that, nats: a third of what a curve
+/// with so many knots costs.
 const REFINED: usize = 2;
 const WORTH_REFINING: f64 = 25.0;
 
-/// Squared rise that a peak must promise to be pointed out: far less than what a curve costs, more than noise shows.
+/// Squared residual that a peak must promise to remove: far less than what a curve costs, more than noise shows.
 const LEAST_GAIN: f64 = 40.0;
 
-/// Places to either side of a peak that are its flank.
+/// Bins to either side of a peak that belong to its flank.
 const FLANK: usize = PADDED as usize * ORDERS;
 
-/// A clock that a fit imitates for three quarters shows in what that leaves by a quarter of what it explains beyond it.
+/// Factor for a fit that imitates three quarters of a clock: its residual then shows only a quarter of what the clock
+/// explains.
 const IMITATED: f64 = 4.0;
 
 /// Carriers of what may repeat.
 const CARRIERS: [Carrier; 3] = [Carrier::Odd, Carrier::Drag, Carrier::Even];
 
-/// Frequencies at which the size of waves is told.
+/// Number of frequencies at which the size of waves is computed.
 const SIZES: usize = 8;
 
-/// The periods that a recording may show, and how large a wave of each is behind the noise filter.
+/// The periods that a recording may show, and the size of a wave of each behind the noise filter.
 pub(crate) struct Clocks {
     start_s: f64,
     span_s: f64,
     transform: Arc<dyn Fft<f64>>,
     bins: usize,
     per_s: f64,
-    /// Frequencies that are looked at, in steps of [`Clocks::step_hz`], the least and one beyond the most.
+    /// Frequencies examined, in steps of [`Clocks::step_hz`]: the lowest, and one beyond the highest.
     first: usize,
     last: usize,
     waves: Vec<Waves>,
@@ -85,29 +86,29 @@ pub(crate) struct Clocks {
 /// Waves on one carrier.
 struct Waves {
     carrier: Carrier,
-    /// The carrier's value, one entry a row of all runs.
+    /// The carrier's value; one entry per row of all runs.
     weight: Vec<f64>,
-    /// Logarithm of the squared size of a wave of 1 behind the noise filter, at frequencies in geometric steps.
+    /// Logarithm of the squared size of a unit wave behind the noise filter, at frequencies in geometric steps.
     ln_sizes: Vec<f64>,
 }
 
-/// By how much waves would lower the squared rest of a fit, whitened: twice what they promise in nats.
+/// By how much waves would lower the squared whitened residual of a fit: twice their promised nats.
 struct Heard {
-    /// By waves in every bin of the transform.
+    /// By a wave in each bin of the transform.
     gains: Vec<f64>,
-    /// By all orders of every frequency that is looked at.
+    /// By all orders together of each examined frequency.
     together: Vec<f64>,
 }
 
 impl Heard {
-    /// The most that is heard around a frequency that is looked at.
+    /// The largest reduction around an examined frequency.
     fn near(&self, j: usize) -> f64 {
         let around = j.saturating_sub(FLANK)..self.together.len().min(j + FLANK + 1);
         self.together[around].iter().fold(0.0, |most, x| x.max(most))
     }
 }
 
-/// The same of one order of a frequency that is looked at.
+/// The reduction by one order of an examined frequency.
 fn of_order(gains: &[f64], j: usize, order: usize) -> f64 {
     gains.get((order * j + ORDERS / 2) / ORDERS).copied().unwrap_or(0.0)
 }
@@ -142,18 +143,18 @@ impl Clocks {
         Some(clocks)
     }
 
-    /// Number of periods that are looked at and differ.
+    /// Number of independent periods that are examined.
     pub(crate) fn tried(&self) -> usize {
         CARRIERS.len() * (self.last - self.first) / PADDED as usize
     }
 
-    /// What the freedom of one costs, nats.
+    /// What the freedom of one clock costs, nats.
     pub(crate) fn cost(bench: &Bench<'_>) -> f64 {
         0.5 * story::CLOCK_KNOTS as f64 * bench.ln_rows()
     }
 
-    /// Clocks that what fits leave points to, refined. A clock that would have to explain `least` nats beyond the first fit
-    /// must show in what that leaves, too.
+    /// Clocks that the residuals of `fits` point to, refined. A clock must be able to explain `least` nats beyond the
+    /// first fit, and so must show in that fit's residual, too.
     pub(crate) fn pointed_out(&self, bench: &Bench<'_>, fits: &[&Fit], least: f64) -> Vec<Candidate> {
         let mut beyond_first: Option<Vec<Heard>> = None;
         let mut candidates = Vec::new();
@@ -180,7 +181,7 @@ impl Clocks {
         candidates
     }
 
-    /// What a fit leaves, period by period, for every carrier.
+    /// Reductions of a fit's residual over all periods, for every carrier.
     fn heard(&self, bench: &Bench<'_>, fit: &Fit) -> Vec<Heard> {
         let power = bench.rows.power_weights();
         let rest = bench.rows.backwards(&bench.rest(fit));
@@ -199,8 +200,8 @@ impl Clocks {
         self.waves.par_iter().map(of).collect()
     }
 
-    /// The clock of a period, in steps of the frequency, or of the order of it that is its strongest: what repeats after a
-    /// period does so after several.
+    /// The clock at frequency index `j`, or at its strongest order, whichever explains more: what repeats after a
+    /// period also repeats after several.
     fn near(&self, bench: &Bench<'_>, fit: &Fit, carrier: Carrier, (j, heard): (usize, &Heard)) -> Option<Clock> {
         let gain = |order: &usize| of_order(&heard.gains, j, *order);
         let strongest = (1..=ORDERS).max_by(|a, b| gain(a).total_cmp(&gain(b))).filter(|order| *order > 1);
@@ -210,18 +211,18 @@ impl Clocks {
             .max_by(|a, b| a.nats.total_cmp(&b.nats))
     }
 
-    /// Step of the frequencies that are looked at, Hz: a period is told by its highest order, as finely as that needs it.
+    /// Step of the frequencies examined, Hz: fine enough for the highest order, which determines a period best.
     fn step_hz(&self) -> f64 {
         self.per_s / (self.bins * ORDERS) as f64
     }
 
-    /// Frequency at which a size is told, Hz.
+    /// Frequency of the `n`th computed size, Hz.
     fn of_size(&self, n: usize) -> f64 {
         let (low, high) = (self.first as f64, (self.last * ORDERS) as f64);
         low * (high / low).powf(n as f64 / (SIZES - 1) as f64) * self.step_hz()
     }
 
-    /// Squared size of a wave of 1 that has its peak in one of the transform's bins, mean over its phases.
+    /// Squared size of a unit wave in a bin of the transform, mean over its phases.
     fn size(&self, waves: &Waves, bin: usize) -> f64 {
         let steps = (bin * ORDERS) as f64 / self.first as f64;
         let steps = steps.ln() / ((self.last * ORDERS) as f64 / self.first as f64).ln() * (SIZES - 1) as f64;
@@ -232,7 +233,7 @@ impl Clocks {
 }
 
 impl Waves {
-    /// Of waves without a carrier, in the order of their frequencies.
+    /// Applies a carrier to bare waves, given in the order of their frequencies.
     fn of(bench: &Bench<'_>, carrier: Carrier, bare: &[Vec<f64>]) -> Self {
         let of_run = |context: &Context<'_>| (0..context.run.len()).map(|n| carrier.of(context, n)).collect::<Vec<_>>();
         let weight: Vec<f64> = bench.contexts.iter().flat_map(of_run).collect();
@@ -240,13 +241,13 @@ impl Waves {
             bare.iter().map(|wave| wave.iter().zip(&weight).map(|(x, weight)| x * weight).collect()).collect();
         let white = bench.rows.white_all(&carried.iter().map(Vec::as_slice).collect::<Vec<_>>());
         let square = |x: &Vec<f32>| x.iter().map(|x| f64::from(*x) * f64::from(*x)).sum::<f64>();
-        // a carrier that is nothing has no size, and no rest lies along it
+        // a carrier that is zero throughout has no size, and no residual lies along it
         let ln_sizes = white.iter().map(|x| square(x).max(f64::MIN_POSITIVE).ln()).collect();
         Waves { carrier, weight, ln_sizes }
     }
 }
 
-/// Clock of every row of all runs, s.
+/// Time of every row of all runs, s.
 fn times(bench: &Bench<'_>) -> impl Iterator<Item = f64> {
     bench.contexts.iter().flat_map(|context| context.run.time_s.iter().copied())
 }
@@ -276,7 +277,7 @@ impl Clock {
         Some(Clock { hz, carrier, candidate, nats })
     }
 
-    /// Moves to the frequency near it that explains most: edges ask for it more finely than the spectrum tells it.
+    /// Moves to the best frequency nearby: edges need a finer frequency than the spectrum resolves.
     fn refine(&mut self, bench: &Bench<'_>, fit: &Fit, span_s: f64) {
         let mut step = 0.125 / span_s;
         for _ in 0..4 {

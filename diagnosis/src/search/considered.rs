@@ -1,4 +1,4 @@
-//! What was considered and not named, and why.
+//! Causes that were considered and not named, and why.
 
 use crate::fit::bench::Bench;
 use crate::fit::member::{Gain, Member};
@@ -7,16 +7,16 @@ use crate::fit::refine::refine;
 use crate::fit::source::Source;
 use crate::report::Considered;
 
-/// Causes that are listed.
+/// Most causes that are listed.
 const LISTED: usize = 8;
 
-/// A cause that explains less than this share alone is no rival.
+/// Share of the evidence below which a cause, alone, is no rival.
 const RIVAL: f64 = 0.02;
 
-/// A cause that explains less than this share beside the others is superfluous.
+/// Share of the evidence below which a cause, beside those named, is superfluous.
 const SUPERFLUOUS: f64 = 0.01;
 
-/// The strongest causes that are neither members nor their equivalents. `equivalents`: ids.
+/// The strongest causes that are neither members nor their equivalents (`equivalents`: ids).
 pub(crate) fn of(
     bench: &Bench<'_>,
     pool: &mut Pool,
@@ -60,7 +60,7 @@ pub(crate) fn of(
         };
         listed.push(Considered { id, share_alone, share_beside: more, reason: reason.to_owned() });
     }
-    // curves without a name lead the list where they say more than any name
+    // an unnamed curve is listed where it explains something beside the names
     for (index, gain) in ranked(bench, &mut pool.stories, &now, tolerances).into_iter().take(1) {
         if gain.nats / evidence > SUPERFLUOUS
             && let Source::Story { curve } = &pool.stories[index].source

@@ -1,4 +1,4 @@
-//! What this recording cannot tell from what was found.
+//! Equivalents: causes that this recording cannot tell from those found.
 
 use simulation::mechanism::{Id, library};
 
@@ -11,26 +11,26 @@ use crate::fit::source::Source;
 use crate::numbers::linear::{Cholesky, Symmetric, dot, products};
 use crate::search::load_law;
 
-/// Rivals this many nats behind are still in the race.
+/// Rivals at most this many nats behind are tied.
 pub(crate) const TIE: f64 = 3.0;
 
-/// A rival that explains this share of the evidence differs by less than what two writings of one cause differ by.
+/// Share of the evidence within which rivals are tied: two formulations of one cause differ by as much.
 pub(crate) const NEAR: f64 = 0.004;
 
-/// [`TIE`] and [`NEAR`] between causes that are late by less than a row: they differ in the second order of what the rows
-/// do not resolve, and that is no more than what a filter's second stage changes.
+/// [`TIE`] and [`NEAR`] between causes whose delays are below one row: they differ only in second order of what the
+/// rows do not resolve, by no more than a filter's second stage changes.
 const TIE_WITHIN_A_ROW: f64 = 9.0;
 const NEAR_WITHIN_A_ROW: f64 = 0.02;
 
-/// [`NEAR`] of what an asymmetry leaves to a constant: at one load, how it grows with the speed is all that tells them
-/// apart, and no law knows that of an asymmetry.
+/// [`NEAR`] between an asymmetry and a constant: at one load only their growth with speed tells them apart, and for an
+/// asymmetry no law of that is known.
 const NEAR_OF_ASYMMETRY: f64 = 0.02;
 
-/// Share of the evidence that a longer form adds to its own cause and that tells nothing apart: half of what a form may
-/// leave at all.
+/// Share of a cause's evidence that a longer form may add without telling causes apart: half of what a form may leave
+/// at all ([`FURTHER`](crate::search::holds::FURTHER)).
 pub(crate) const LONGER_FORM: f64 = 0.01;
 
-/// Share of a force that makes no difference between two.
+/// Share of a column's square below which a difference between two causes does not count.
 const SAME: f64 = 1e-4;
 
 /// A cause with its rivals.
@@ -42,16 +42,16 @@ pub(crate) struct Set {
 }
 
 impl Set {
-    /// Confidence where the evidence against the others was not counted.
+    /// Confidence where the evidence against other causes was not summed.
     pub(crate) const CONFIDENCE: f64 = 0.95;
 
-    /// What has no name has no rivals.
+    /// The set of an unnamed effect, which has no rivals.
     pub(crate) fn alone(candidate: Candidate) -> Self {
         Set { candidates: vec![candidate], confidence: Self::CONFIDENCE }
     }
 }
 
-/// The rivals of a member that do as well in its place.
+/// The rivals that do as well as a member in its place.
 pub(crate) fn of(
     bench: &Bench<'_>,
     pool: &mut Pool,
@@ -60,7 +60,7 @@ pub(crate) fn of(
     at: usize,
 ) -> Set {
     let Beside { others, fit, own, gain: own_gain } = &bench.beside(members, at);
-    // what a longer form adds may be what the minimal one leaves of its own cause: it tells nothing apart
+    // what a longer form adds may be the minimal form's misfit to the same cause: it tells nothing apart
     let minimal = pool.minimal(bench, &own.source, fit);
     let minimal = minimal.filter(|(_, minimal)| minimal.nats > (1.0 - LONGER_FORM) * own_gain.nats);
     let own_score = minimal.as_ref().map_or(own_gain.score, |(_, minimal)| minimal.score.min(own_gain.score));
@@ -78,7 +78,7 @@ pub(crate) fn of(
             .filter(|(index, gain)| {
                 let source = &pool.causes[*index].source;
                 gain.score > own_score - far
-                    // what starts and stops speak for, nothing else is as good as
+                    // where starts and stops speak for the member, a cause for which they do not is no rival
                     && (!bench.is_spoken_for(&own.source) || bench.is_spoken_for(source))
                     && !source.is_kin(&own.source)
                     && !others.iter().any(|other| other.candidate.source.is_kin(source))
@@ -90,7 +90,7 @@ pub(crate) fn of(
         for (index, refined) in rivals.into_iter().zip(refined) {
             let mut rival = race.rival(refined);
             if rival.beyond() >= 0.0 {
-                // a form that is best where the grid has a point need not be best where it has none
+                // the form that is best at the grid's points need not be best between them
                 for other in pool.other_forms(bench, &pool.causes[index].source, fit) {
                     let other = race.rival(refine(bench, &pool.causes[other], fit));
                     if other.beyond() < rival.beyond() {
@@ -99,14 +99,15 @@ pub(crate) fn of(
                 }
             }
             if rival.beyond() >= 0.0 {
-                // two writings of one cause differ by a share of the evidence: it counts for no more than that
+                // two formulations of one cause differ by a share of the evidence: a rival's deficit counts relative to
+                // its tie
                 against += (-rival.behind.min(rival.behind * TIE / rival.tie)).exp();
             } else if !race.is_told_by_load(others, fit, &rival) {
                 tied.push(rival);
             }
         }
     }
-    // a law with a number off has its tolerance against it: what does better than that may be far behind others
+    // a shifted parameter pays for its tolerance, so a rival may do far better: such rivals must tie with the best one
     let is_shift = matches!(own.source, Source::Shift { .. });
     let first = tied.iter().map(|rival| rival.behind).fold(0.0, f64::min);
     tied.retain(|rival| !is_shift || rival.behind.abs() < rival.tie || rival.behind - first < rival.tie);
@@ -118,7 +119,8 @@ pub(crate) fn of(
     Set { candidates, confidence: (1.0 / (1.0 + against)).clamp(0.5, 0.99) }
 }
 
-/// Exchanges members whose law of the load the recording refuses for causes that explain as much and whose law it does not.
+/// Exchanges members whose law of the load the recording refuses for causes that explain as much and whose law it
+/// accepts.
 pub(crate) fn exchange_refused(
     bench: &mut Bench<'_>,
     pool: &mut Pool,
@@ -159,23 +161,23 @@ struct Rival {
     gain: Gain,
     /// Nats by which it is behind the member; negative where it does better.
     behind: f64,
-    /// Nats by which it may be.
+    /// Nats by which it may be behind and still be tied.
     tie: f64,
 }
 
 impl Rival {
-    /// Nats by which it is farther behind than it may be; below 0 the recording does not tell it from the member.
+    /// Nats by which it is farther behind than a tie allows; below 0 the recording cannot tell it from the member.
     fn beyond(&self) -> f64 {
         self.behind - self.tie
     }
 }
 
-/// A member against one rival after the other.
+/// A race of a member against one rival after another.
 struct Race<'a, 'b> {
     bench: &'a Bench<'b>,
     own: &'a Candidate,
     own_gain: &'a Gain,
-    /// What the member explains, and the same less what its freedom costs; of its minimal form where that is enough.
+    /// What the member explains, and its score (less what its freedom costs); of its minimal form where that is enough.
     own_nats: f64,
     own_score: f64,
 }
@@ -186,8 +188,8 @@ impl Race<'_, '_> {
         TIE.max(NEAR * self.own_gain.nats)
     }
 
-    /// Whether the load tells a rival from the member, however well it explains the rest: the member follows its own law of the
-    /// load, and the rival does not. `fit`: of the others alone.
+    /// Whether the load tells a rival from the member, however well it explains the rest: the member follows its own
+    /// law of the load, the rival does not follow its own. `fit`: of the others alone.
     fn is_told_by_load(&self, others: &[Member], fit: &Fit, rival: &Rival) -> bool {
         let is_refused = |cause| load_law::refuses(self.bench, fit, others, cause);
         load_law::has_law(&self.own.source)
@@ -198,7 +200,7 @@ impl Race<'_, '_> {
     /// A cause, with what it adds in the member's place, as a rival.
     fn rival(&self, (candidate, gain): (Candidate, Gain)) -> Rival {
         let Race { bench, own, own_gain, own_nats, own_score } = *self;
-        // that a name has more numbers speaks against it only where they bend, or are many
+        // additional parameters count against a rival only where they are shape parameters, or are many
         let is_plain = candidate.source.shapes() == 0
             && (candidate.source.is_minimal() || candidate.freedom() <= own.freedom() + 1);
         let is_within_a_row = [(own, own_gain), (&candidate, &gain)]
@@ -216,37 +218,37 @@ impl Race<'_, '_> {
     }
 }
 
-/// By how much a cause makes the force, or its friction, late, s; `None` where it is none of those that do.
+/// Delay that a cause gives the force or its friction, s; `None` for causes that delay nothing.
 fn late_by_s(candidate: &Candidate, gain: &Gain) -> Option<f64> {
     let Source::Mechanism { definition, form, shape } = &candidate.source else { return None };
     if !matches!(definition.id, Id::TimeMisalignment | Id::ForceLowpass | Id::FrictionalLag) {
         return None;
     }
-    // either the time itself is the amplitude, or a part of a whole that is late by a time
+    // either the amplitude is the delay itself, or it is the part of the force that a shape parameter (a time) delays
     let whole = if definition.forms[*form].shape.is_empty() { 1.0 } else { *shape.first()? };
     Some(whole * gain.amplitudes.first()?)
 }
 
-/// Whether a cause has one size wherever it acts.
+/// Whether a cause is a constant: of one magnitude wherever it acts.
 fn is_constant(bench: &Bench<'_>, candidate: &Candidate) -> bool {
     let columns = bench.raw(&candidate.source).unwrap_or_default();
     candidate.source.is_minimal() && columns.iter().flatten().all(|x| *x == 0.0 || x.abs() == 1.0)
 }
 
-/// Whether a rival is a constant with something beside it that does not show: a drift that does not drift is an offset,
-/// and need not be listed beside it.
+/// Whether a rival is a constant with an addition that does not show (a drift that does not drift is an offset): it
+/// need not be listed beside the constant.
 fn is_with_more(rich: &Candidate, constant: &Candidate) -> bool {
     rich.freedom() > constant.freedom()
         && !constant.source.is_kin(&rich.source)
         && constant.columns.iter().all(|column| left_by(column, &rich.columns) < SAME)
 }
 
-/// Whether two causes, each of one column, are one in this recording.
+/// Whether two causes of one column each are the same in this recording.
 pub(crate) fn is_alike(a: &Candidate, b: &Candidate) -> bool {
     matches!((a.columns.as_slice(), b.columns.as_slice()), ([column], [_]) if left_by(column, &b.columns) < SAME)
 }
 
-/// Share of a column's square that others do not imitate.
+/// Share of a column's square that the others do not imitate.
 fn left_by(column: &[f32], others: &[Vec<f32>]) -> f64 {
     let others: Vec<&[f32]> = others.iter().map(Vec::as_slice).collect();
     let forward = Cholesky::of(&Symmetric::gram(&others)).forward(&products(&others, &[column]));
@@ -254,7 +256,7 @@ fn left_by(column: &[f32], others: &[Vec<f32>]) -> f64 {
     if own > 0.0 { 1.0 - dot(&forward, &forward) / own } else { 0.0 }
 }
 
-/// The run that settles best between rivals, by the library's own advice: the one that most of them ask for.
+/// The run that best settles between rivals: the one that most of them ask for in the library.
 pub(crate) fn advice(ids: &[String]) -> Option<&'static str> {
     let asked: Vec<&'static str> =
         library().iter().filter(|d| ids.iter().any(|id| id == d.id.name())).map(|d| d.next_experiment).collect();
@@ -263,7 +265,7 @@ pub(crate) fn advice(ids: &[String]) -> Option<&'static str> {
     })
 }
 
-/// What a code of the schema asks for.
+/// Instruction for the code of a run.
 pub(crate) fn text(code: &str) -> &'static str {
     match code {
         "P0" => "Rest 30 s at both ends with the carriage free, then pull with a dead weight.",

@@ -1,4 +1,4 @@
-//! What the searches have led to: the causes, the law's numbers beside them, and what the recording cannot tell from each.
+//! Result of the searches: the causes, the law's parameters beside them, and the rivals that cannot be told apart.
 
 use simulation::mechanism::Id;
 
@@ -17,44 +17,45 @@ use crate::search::equivalents::{self, Set};
 use crate::search::holds::size_n;
 use crate::search::opening::{Asked, p_of};
 
-/// Way of the parameters, relative, from which the law is made linear anew.
+/// Relative change of the parameters beyond which the law is linearised anew.
 pub(crate) const FAR: f64 = 0.03;
 
-/// p-value from which what has no name is none where nothing else was found: a curve has no form that it must have. Of such
-/// answers above it on opened trials (9, 10 and seed 303) five were false alarms, three right, and five of what has a name.
+/// p-value above which an unnamed effect is not reported where nothing else was found: a curve has no form that could
+/// refute it. Of such answers above it on opened trials (9, 10 and seed 303) five were false alarms, three right, and
+/// five of effects that have a name.
 const NAMELESS: f64 = 1e-3;
 
-/// What the search has led to.
+/// Result of the search.
 pub(crate) struct Found<'s> {
     pub(crate) bench: Bench<'s>,
     pub(crate) members: Vec<Member>,
-    /// Why a member only stands in for what has no name.
+    /// Per member: the reason why it only stands in for an unnamed effect.
     pub(crate) doubts: Vec<Option<Doubt>>,
-    /// What the recording cannot tell from each member.
+    /// Per member: the causes that the recording cannot tell from it.
     pub(crate) sets: Vec<Set>,
-    /// What else was considered.
+    /// Causes considered and not named.
     pub(crate) considered: Vec<Considered>,
     pub(crate) fit: Fit,
-    /// Values of the law's numbers beside the members, and with the shifts among them.
+    /// The law's parameter values beside the members: without, and with the shifts among them.
     pub(crate) calibrated: Vec<f64>,
     pub(crate) with_shifts: Vec<f64>,
     pub(crate) p_no_mismatch: f64,
     pub(crate) noise_n: f64,
-    /// RMS force below which a mismatch is of no matter, N.
+    /// RMS force below which a mismatch does not matter, N.
     pub(crate) irrelevant_n: f64,
-    /// What neither the members nor any curve follows, row by row of all runs.
+    /// What neither the members nor any curve follows; one entry per row of all runs.
     pub(crate) left: Vec<f64>,
-    /// Step in which the force channel counts, N, where that is a good part of the noise.
+    /// Quantisation step of the force channel, N, where it is a considerable part of the noise.
     pub(crate) coarse_step_n: Option<f64>,
 }
 
 impl Found<'_> {
-    /// Whether the law's own numbers are off, and nothing else.
+    /// Whether only the law's own parameters are off.
     pub(crate) fn is_shift_only(&self) -> bool {
         !self.members.is_empty() && self.members.iter().all(|m| m.candidate.source.is_shift())
     }
 
-    /// RMS force that law and members leave, N.
+    /// RMS of the residual of law and members, N.
     pub(crate) fn left_n(&self, case: &Case<'_>) -> Result<f64, String> {
         left_n(case, &self.bench, &self.members, &self.fit, &self.calibrated)
     }
@@ -65,32 +66,32 @@ impl Found<'_> {
     }
 }
 
-/// Amplitudes of some members in a fit.
+/// Amplitudes of the given members in a fit.
 pub(crate) fn amplitudes(members: &[Member], fit: &Fit) -> Vec<Vec<f64>> {
     members.iter().map(|member| member.amplitudes(fit)).collect()
 }
 
-/// Causes as a search has left them.
+/// The causes as a search leaves them.
 pub(crate) struct Causes<'s> {
-    /// Around the law at `values`.
+    /// Linearised around the law at `values`.
     pub(crate) bench: Bench<'s>,
     pub(crate) members: Vec<Member>,
     pub(crate) doubts: Vec<Option<Doubt>>,
     pub(crate) values: Vec<f64>,
-    /// Whether the law has come to rest there.
+    /// Whether `values` are already where the law settles beside the members.
     pub(crate) has_landed: bool,
     pub(crate) p_no_mismatch: f64,
     pub(crate) noise_n: f64,
     pub(crate) irrelevant_n: f64,
     pub(crate) left: Vec<f64>,
     pub(crate) coarse_step_n: Option<f64>,
-    /// The rivals of each, where they are known already.
+    /// The rivals of each member, where already known.
     pub(crate) sets: Option<Vec<Set>>,
 }
 
 impl<'s> Causes<'s> {
-    /// What is found with them. The law does not come to rest farther from the force than it is at `start`, within its
-    /// tolerance.
+    /// Completes the result for these causes. The law, moved within its tolerance, may not end up farther from the
+    /// force than at `start`.
     pub(crate) fn found(self, case: &Case<'s>, pool: &mut Pool, start: &[f64]) -> Result<Found<'s>, String> {
         let Causes { mut bench, mut members, mut doubts, values, .. } = self;
         let is_nameless = |(m, doubt): (&Member, &Option<Doubt>)| m.candidate.source.is_story() || doubt.is_some();
@@ -116,7 +117,7 @@ impl<'s> Causes<'s> {
         if !nominal.is_incomplete() {
             let with_shifts = shifted(nominal, &calibrated, &members, &amplitudes(&members, &fit));
             if way(&values, &with_shifts) > FAR {
-                // where two numbers make up for one another, a straight line is soon far from the law
+                // where two parameters compensate one another, the linearisation soon departs from the law
                 let mut there = values.clone();
                 if !self.has_landed {
                     let least;
@@ -134,11 +135,11 @@ impl<'s> Causes<'s> {
             }
         }
         if members.is_empty() || is_worse(case, &bench, &members, &fit, (&calibrated, start))? {
-            // nothing leads the law anywhere, or causes and law lead one another astray: it stays where it was
+            // nothing moves the law, or causes and law mislead one another: the law stays at `start`
             bench = case.around(&bench.rows, start)?;
             members = again(&mut bench, members);
             fit = bench.fit_members(&members).standing(&bench.fit_beside_law(&members));
-            // what would pull the wrong way there, or hardly acts, is not there
+            // causes that hardly act there, or would need the opposite sign, are dropped
             let acts = |(member, amplitudes): (&Member, &Vec<f64>)| {
                 let source = &member.candidate.source;
                 bench.is_spoken_for(source) || size_n(&bench, source, amplitudes) > self.irrelevant_n
@@ -176,13 +177,14 @@ impl<'s> Causes<'s> {
     }
 }
 
-/// p-value of a shift that explains so much, of all causes: twice the gain is the square of a standard normal number.
+/// p-value of a shift that explains this many nats, corrected for all causes: twice the gain is the square of a
+/// standard normal variable.
 fn p_of_shift(nats: f64, pool: &Pool) -> f64 {
     (libm::erfc(nats.max(0.0).sqrt()) * pool.kinds as f64).min(1.0)
 }
 
-/// Where the law comes to rest beside the members, and what the least of the shifts among them explains there, nats. One
-/// that explains no more than it costs is none.
+/// Where the law settles beside the members, and the least that one of the shifts explains there, nats. A shift that
+/// explains no more than it costs is dropped.
 fn landed(
     case: &Case<'_>,
     bench: &Bench<'_>,
@@ -218,7 +220,7 @@ fn landed(
     }
 }
 
-/// Whether the law moved to where it was led, with the members, is farther from the force than the law alone at `start`.
+/// Whether the moved law with the members is farther from the force than the law alone at `start`.
 fn is_worse(
     case: &Case<'_>,
     bench: &Bench<'_>,
@@ -230,7 +232,7 @@ fn is_worse(
     Ok(left_n(case, bench, members, fit, led)? > start_n)
 }
 
-/// RMS force that law and members leave, N; `values` of the law are without the shifts among the members.
+/// RMS of the residual of law and members, N; `values` exclude the shifts among the members.
 fn left_n(case: &Case<'_>, bench: &Bench<'_>, members: &[Member], fit: &Fit, values: &[f64]) -> Result<f64, String> {
     let nominal = case.given.nominal;
     let amplitudes = amplitudes(members, fit);
@@ -243,13 +245,13 @@ fn left_n(case: &Case<'_>, bench: &Bench<'_>, members: &[Member], fit: &Fit, val
     Ok(rms(&bench.rows.plain(&left)))
 }
 
-/// Those that are said to be kept.
+/// Retains the marked entries.
 fn keep<T>(all: &mut Vec<T>, is_kept: &[bool]) {
     let mut is_kept = is_kept.iter();
     all.retain(|_| is_kept.next().copied().unwrap_or(true));
 }
 
-/// The same members on another bench of the same rows: a shift is a column of the law there, all else stays as it is.
+/// The same members on another bench of the same rows: shifts become columns of the law there, the rest stays.
 pub(crate) fn again(bench: &mut Bench<'_>, members: Vec<Member>) -> Vec<Member> {
     let one = |Member { mut candidate, .. }: Member| {
         if candidate.source.is_shift() {
@@ -261,7 +263,7 @@ pub(crate) fn again(bench: &mut Bench<'_>, members: Vec<Member>) -> Vec<Member> 
     members.into_iter().map(one).collect()
 }
 
-/// p-value of the surest member beside the others, as the locks have it.
+/// p-value of the surest member beside the others, by the locks.
 fn p_of_surest(bench: &Bench<'_>, pool: &Pool, members: &[Member]) -> f64 {
     let of = |at: usize| {
         let Beside { others, own, gain, .. } = bench.beside(members, at);
@@ -275,8 +277,8 @@ fn p_of_surest(bench: &Bench<'_>, pool: &Pool, members: &[Member]) -> f64 {
     (0..members.len()).map(of).fold(1.0, f64::min)
 }
 
-/// The rivals of every member; the simplest of a set leads, and none where they are too many. What may be the steps of a channel whose steps are seen is
-/// the steps.
+/// The rivals of every member. The simplest of a set leads; with too many rivals the member is doubted. Where
+/// quantisation steps are visible, what may be quantisation is.
 fn tell_apart(
     bench: &mut Bench<'_>,
     pool: &mut Pool,
@@ -311,7 +313,7 @@ fn tell_apart(
         sets.push(set);
     }
     if is_exchanged && doubts.contains(&Some(Doubt::Uneven)) {
-        // it may have been another in their place that made it so
+        // the unevenness may have been due to the exchanged causes
         let now = adequacy::doubts(bench, &bench.fit_members(members), members);
         for (doubt, now) in doubts.iter_mut().zip(now) {
             *doubt = doubt.filter(|doubt| *doubt != Doubt::Uneven || now.is_some());

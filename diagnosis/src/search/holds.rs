@@ -1,4 +1,5 @@
-//! Whether a cause may be named beside those that are there: real, worth it, and not what another one's form leaves.
+//! Whether a cause may be named beside those already there: it must be real, large enough, and not a remainder of
+//! another cause's form.
 
 use simulation::mechanism::{Id, Kind};
 
@@ -13,44 +14,47 @@ use crate::numbers::statistics::rms;
 use crate::search::leavings;
 use crate::search::opening::{Asked, is_open};
 
-/// Share of all evidence below which a further cause is one only if its size is the same throughout: a form is an
-/// idealisation, and what it leaves of its own cause's force, up to a seventh of it, is a fiftieth in square.
+/// Share of all evidence below which a further cause is accepted only if its amplitude is constant over the recording:
+/// a form is an idealisation, and what it leaves of its own cause's force, up to a seventh of it, is a fiftieth in
+/// square.
 pub(crate) const FURTHER: f64 = 0.02;
 
-/// Share of all evidence below which that is not enough, and a cause must show beside what the [forms](crate::search::leavings) of
-/// others may leave as well: two standard deviations of what a form is wrong by, in square. A shift so small, which those
-/// imitate, is none.
+/// Share of all evidence below which a constant amplitude is not enough, and a cause must also show beside what the
+/// [forms](crate::search::leavings) of others may leave: two standard deviations of the error of a form, squared. A
+/// shift this small, which those forms imitate, is none.
 const FURTHER_IF_EVEN: f64 = 4.0 * leavings::WRONG * leavings::WRONG;
 
-/// The same of a wave along the rail, which no form leaves.
+/// The same for a wave along the rail, which no other form leaves.
 const FURTHER_WAVE: f64 = 0.005;
 
-/// Share of a drift's force below which a constant beside it is what its curve misses.
+/// Share of a drift's force below which a constant beside it is the misfit of the drift's curve.
 const MISSED_BY_A_CURVE: f64 = 0.2;
 
-/// Share of the evidence for a bent rail below which a joint is part of how it is bent, or the other way round: no wave or
-/// table is as sharp as a rail may be, and a joint is the sharpest profile that there is. One of a third of the bend's force
-/// has more.
+/// Share of the evidence for a bent rail below which a joint counts as part of the bend, or the bend as part of the
+/// joint: no wave or table is as sharp as a rail may be, and a joint is the sharpest profile there is. A joint with a
+/// third of the bend's force has more.
 const ONE_PROFILE: f64 = 0.1;
 
-/// Distance from a joint within which dirt that lies in one place is part of how the rail is bent there, m: about the length
-/// of a block.
+/// Distance from a joint within which local dirt counts as part of the rail's profile there, m: about the length of a
+/// block.
 const AT_A_JOINT_M: f64 = 0.05;
 
-/// Mass of a structure that rings, of all that the drive accelerates, from which it is none: forms are wrong by some of it.
+/// Most mass of a ringing structure, as a multiple of all mass that the drive accelerates; above 1 because forms are
+/// wrong by some of it.
 const MORE_MASS: f64 = 1.3;
 
-/// Detail along the rail, in lengths of a wave, from which it follows nothing of that wave.
+/// A profile coarser than this many wavelengths cannot imitate the wave.
 const COARSE: f64 = 2.0;
 
-/// RMS force below which a cause is not worth a mention, N.
+/// RMS force below which a cause is not worth reporting, N.
 #[derive(Clone, Copy)]
 pub(crate) struct Floor {
-    /// Of any cause.
+    /// For any cause.
     pub(crate) any_n: f64,
-    /// Of all but waves: what calibration leaves where its derivatives are not exact goes with the law, and repeats after no length.
+    /// For all but waves: what calibration leaves where its derivatives are inexact varies with the law, and not
+    /// periodically with place.
     pub(crate) inexact_n: f64,
-    /// Of all but the rounding itself: what is smaller cannot be told from it.
+    /// For all but the quantisation itself: what is smaller cannot be told from it.
     pub(crate) rounding_n: f64,
 }
 
@@ -62,10 +66,10 @@ impl Floor {
     }
 }
 
-/// Whether a candidate may be named beside the members: real and worth it.
+/// Whether a candidate may be named beside the members: real and large enough.
 ///
-/// The evidence for a shift is what its tolerance would have to be stretched by. The data alone, which the locks ask,
-/// cannot tell a parameter that is free from one that is not.
+/// The evidence for a shift is how far its tolerance would have to be stretched. The locks ask the data alone, which
+/// cannot tell a free parameter from one with a tolerance.
 pub(crate) fn holds(
     bench: &Bench<'_>,
     pool: &Pool,
@@ -75,7 +79,7 @@ pub(crate) fn holds(
     floor: Floor,
 ) -> bool {
     if bench.is_spoken_for(&candidate.source) {
-        // where they speak the whole force is there or not, in rows that are not compared
+        // where starts and stops speak for it, all its force may lie in rows that are not compared
         return true;
     }
     let tiny = if is_periodic(&candidate.source) { FURTHER_WAVE } else { FURTHER_IF_EVEN };
@@ -91,8 +95,8 @@ pub(crate) fn holds(
         && shows(bench, pool, candidate, gain, members, is_tiny)
 }
 
-/// Whether both locks open for a candidate: as it is or, what is stricter but for the scatter that they bring, beside what the
-/// forms of others may leave; a tiny one must show both ways.
+/// Whether both locks open for a candidate, either as it is or beside what the forms of others may leave (stricter,
+/// apart from the scatter that those columns take up); a tiny candidate must pass both ways.
 fn shows(
     bench: &Bench<'_>,
     pool: &Pool,
@@ -113,8 +117,8 @@ fn shows(
     !members.is_empty() && shows_beside_leavings(bench, pool, candidate, gain, members)
 }
 
-/// Whether only waves could leave what a candidate follows, and it has more force, beyond what the law imitates, than a form may
-/// be wrong by of theirs: in noise that remembers, what is slower than a wave has little evidence for its force.
+/// Whether only waves could leave what a candidate follows, and its force beyond what the law imitates is larger than
+/// the error of their forms: in noise with memory, anything slower than a wave gets little evidence for its force.
 fn is_more_than_waves_leave(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, members: &[Member]) -> bool {
     let leaving: Vec<&Member> = members.iter().filter(|member| may_leave(member, candidate)).collect();
     if leaving.is_empty() || !leaving.iter().all(|member| is_periodic(&member.candidate.source)) {
@@ -127,8 +131,8 @@ fn is_more_than_waves_leave(bench: &Bench<'_>, candidate: &Candidate, gain: &Gai
     !own.is_empty() && rms(&beyond(&bench.rows, &bench.tangent, &own)) > 2.0 * leavings::WRONG * waves_n
 }
 
-/// Whether a candidate is a joint that only sharpens the profile of a rail that is bent anyway, a bend that only rounds a
-/// joint, or dirt where a joint is.
+/// Whether a candidate is a joint that only sharpens the profile of a bent rail, a bend that only rounds a joint, or
+/// dirt at a joint.
 fn is_of_one_profile(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, members: &[Member]) -> bool {
     if members.iter().any(|member| is_at_a_joint(&candidate.source, &member.candidate.source)) {
         return true;
@@ -140,14 +144,14 @@ fn is_of_one_profile(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, memb
     gain.nats < ONE_PROFILE * bench.beside(members, at).gain.nats
 }
 
-/// Whether a cause is dirt that lies where a joint is.
+/// Whether a cause is dirt at the place of a joint.
 fn is_at_a_joint(dirt: &Source, joint: &Source) -> bool {
     let places_m = place_m(dirt, Id::Contamination).zip(place_m(joint, Id::RailJoint));
     places_m.is_some_and(|(dirt_m, joint_m)| (dirt_m - joint_m).abs() < AT_A_JOINT_M)
 }
 
-/// Whether a candidate is a constant that is small beside a drift: a curve of a few numbers does not start as steeply as a
-/// zero that settles.
+/// Whether a candidate is a constant that is small beside a drift: a curve of a few parameters starts less steeply than
+/// a zero that settles.
 fn is_missed_by_a_curve(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, members: &[Member]) -> bool {
     if ![Id::ForceOffset, Id::GravityTilt].iter().any(|id| candidate.source.is(*id)) {
         return false;
@@ -158,8 +162,8 @@ fn is_missed_by_a_curve(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, m
         < MISSED_BY_A_CURVE * size_n(bench, &drift.candidate.source, &drift.amplitudes(&fit))
 }
 
-/// Whether a candidate is a structure that rings with more mass than the drive accelerates: what is fitted beside a mass at the
-/// corners of its ramps, where the acceleration is derived.
+/// Whether a candidate is a structure that rings with more mass than the drive accelerates: such a fit corrects, beside
+/// an inertia, the derived acceleration at the corners of ramps.
 fn rings_with_more_than_moves(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, members: &[Member]) -> bool {
     let Some(ringing_kg) = mass_kg(&candidate.source, Id::StructuralResonance, &gain.amplitudes) else { return false };
     let fit = bench.fit_members(members);
@@ -169,14 +173,14 @@ fn rings_with_more_than_moves(bench: &Bench<'_>, candidate: &Candidate, gain: &G
     moved_kg.is_some_and(|moved_kg| ringing_kg > MORE_MASS * (moved_kg + known_kg))
 }
 
-/// Mass in the amplitudes of a cause, kg; `None` of another cause.
+/// Mass among the amplitudes of a cause, kg; `None` for another cause.
 fn mass_kg(source: &Source, id: Id, amplitudes: &[f64]) -> Option<f64> {
     let Source::Mechanism { definition, form, .. } = source else { return None };
     let masses = definition.forms[*form].amplitudes.iter().zip(amplitudes).filter(|(what, _)| what.unit == "kg");
     (definition.id == id).then(|| masses.map(|(_, kg)| kg).sum())
 }
 
-/// Whether a cause is real beside what the forms of others may leave, too.
+/// Whether a cause is real even beside what the forms of others may leave.
 pub(crate) fn shows_beside_leavings(
     bench: &Bench<'_>,
     pool: &Pool,
@@ -189,8 +193,8 @@ pub(crate) fn shows_beside_leavings(
     })
 }
 
-/// The locks of a cause beside what the forms of others may leave. What a table along the rail follows has none: those few
-/// polynomials do not.
+/// The locks of a cause beside what the forms of others may leave. `None` for a cause tied to places: the few
+/// polynomials do not cover it.
 pub(crate) fn locks_beside_leavings(
     bench: &Bench<'_>,
     candidate: &Candidate,
@@ -205,20 +209,20 @@ pub(crate) fn locks_beside_leavings(
     Some(bench.locks_beside(candidate, gain, members, &leavings))
 }
 
-/// Whether what a cause adds to a fit is no more than what the forms of others may leave of them.
+/// Whether a cause adds no more to a fit than the forms of others may leave.
 pub(crate) fn is_small(bench: &Bench<'_>, own: &Candidate, gain: &Gain, others: &[Member]) -> bool {
     gain.nats < FURTHER * (imitable(bench, own, others) + gain.nats)
 }
 
-/// Evidence of members whose remains a candidate could follow, nats: what a wave leaves of itself is tied to the rail, and
-/// follows nothing else.
+/// Evidence of the members whose remainder a candidate could follow, nats: what a wave leaves is tied to the rail, so
+/// nothing else follows it.
 fn imitable(bench: &Bench<'_>, candidate: &Candidate, members: &[Member]) -> f64 {
     let others: Vec<Member> = members.iter().filter(|member| !may_leave(member, candidate)).cloned().collect();
     0.5 * (bench.fit_members(&others).rss - bench.fit_members(members).rss)
 }
 
-/// Whether a candidate could follow what the form of a member leaves. Of a wave that is harmonics and sidebands, which only
-/// what is tied to places follows, and nothing that is much coarser than the wave is long.
+/// Whether a candidate could follow what the form of a member leaves. A wave leaves harmonics and sidebands, which only
+/// a cause tied to places follows, and none much coarser than the wavelength.
 pub(crate) fn may_leave(member: &Member, candidate: &Candidate) -> bool {
     let is_fine = || match (wavelength_m(&member.candidate.source), detail_m(&candidate.source)) {
         (Some(wave_m), Some(detail_m)) => detail_m < COARSE * wave_m,
@@ -227,15 +231,15 @@ pub(crate) fn may_leave(member: &Member, candidate: &Candidate) -> bool {
     !is_periodic(&member.candidate.source) || (candidate.source.is_phase_bound() && is_fine())
 }
 
-/// Place of a cause of some kind, m; `None` of another, and of one that is everywhere.
+/// Place of a cause of the given kind, m; `None` for another kind and for a cause without one place.
 fn place_m(source: &Source, id: Id) -> Option<f64> {
     let Source::Mechanism { definition, form, shape } = source else { return None };
     let mut numbers = definition.forms[*form].shape.iter().zip(shape);
     numbers.find(|(what, _)| definition.id == id && what.name == "place_m").map(|(_, place_m)| *place_m)
 }
 
-/// Finest detail along the rail that a cause has, m: the shortest order of a wave, the distance of the entries of a table,
-/// and none at all of what is a polynomial over the stroke; `None` where that is not known.
+/// Finest detail along the rail that a cause can follow, m: the shortest order of a wave, the spacing of a table's
+/// entries, infinite for a polynomial over the stroke; `None` where unknown.
 fn detail_m(source: &Source) -> Option<f64> {
     let Source::Mechanism { definition, shape, .. } = source else { return None };
     let amplitudes = source.amplitudes() as f64;
@@ -252,7 +256,7 @@ fn is_periodic(source: &Source) -> bool {
         if definition.kind == Kind::Physics && is_wave(&definition.forms[*form]))
 }
 
-/// Whether the force of a cause exceeds its floor.
+/// Whether the RMS force of a cause exceeds its floor.
 pub(crate) fn is_relevant(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, floor: Floor) -> bool {
     size_n(bench, &candidate.source, &gain.amplitudes) > floor.of(&candidate.source)
 }

@@ -1,14 +1,14 @@
-//! The law with as few of its own numbers off as it takes, and nothing beside it; or one cause that does as well as several
-//! numbers together.
+//! The law alone, with as few of its own parameters off as are needed; or one cause that does as well as several of
+//! them.
 //!
 //! ```text
-//! L(free) = least squared mismatch, whitened, with the price of the numbers that are not free
-//! a number is off where the tolerance of all ends before L does, and a further one where L falls by more than it costs
-//! one cause stands for n numbers where L rises by less than n - 1 of them cost
+//! L(free) = least squared whitened mismatch, plus the tolerance penalty of the parameters that are not free
+//! a parameter is off where the law within tolerance cannot reach L, a further one where L falls by more than it costs
+//! one cause replaces n parameters where L rises by less than n - 1 of them cost
 //! ```
 //!
-//! Along the law itself: far from where it was given, straight lines mislead, the more the better two numbers imitate one
-//! another.
+//! Fitted along the law itself: far from the given values linearisation misleads, the more so the better two parameters
+//! imitate one another.
 
 use crate::calibration::settle::Bottom;
 use crate::fit::bench::Bench;
@@ -24,8 +24,8 @@ use crate::search::equivalents::{Set, TIE, is_alike};
 use crate::search::found::{Causes, Found};
 use crate::search::passes::{Kept, Matters, prepared};
 
-/// What is found where the law alone, from `start` on, comes nearer to the force than at `tolerated`, where its tolerance
-/// ends; `None` where it does not, or where its numbers would have to be others here than there.
+/// The result where the law alone, from `start` on, comes closer to the force than at `tolerated`, where its tolerance
+/// ends; `None` where it does not, or where a cause is doubted.
 pub(crate) fn law_alone<'s>(
     case: &Case<'s>,
     rows: &Rows,
@@ -49,7 +49,7 @@ pub(crate) fn law_alone<'s>(
     if free.is_empty() {
         return Ok(None);
     }
-    // twice the gain is the square of a standard normal number
+    // twice the gain is the square of a standard normal variable
     let p = (libm::erfc(beyond.sqrt()) * can_shift.len() as f64).min(1.0);
     let mut found = beside(case, rows, &mut pool, &free, (&here, p), tolerated, None)?;
     if let Some(several) = &found
@@ -63,7 +63,7 @@ pub(crate) fn law_alone<'s>(
     Ok(found)
 }
 
-/// The numbers that are off, the most telling first, and where the law comes to rest with them free.
+/// The parameters that are off, the most telling first, and where the law settles with them free.
 fn numbers_off(
     case: &Case<'_>,
     rows: &Rows,
@@ -96,8 +96,8 @@ fn numbers_off(
     Ok((free, here))
 }
 
-/// What is found with these causes, with which the law has come to rest, and with their rivals, if those are known; `None`
-/// where a cause is doubted.
+/// The result for these causes, where the law has settled beside them, with their rivals if already known; `None` where
+/// a cause is doubted.
 fn beside<'s>(
     case: &Case<'s>,
     rows: &Rows,
@@ -141,7 +141,7 @@ fn beside<'s>(
     if is_told {
         return Ok(Some(found));
     }
-    // what stands for a cause along a straight line need not do so along the law
+    // what is equivalent to a cause in the linearised law need not be so along the law itself
     for at in 0..found.members.len() {
         let own = found.members[at].candidate.source.clone();
         let others = without(&found.members, at);
@@ -158,9 +158,9 @@ fn beside<'s>(
     Ok(Some(found))
 }
 
-/// Causes each of which explains what several numbers of the law do together, but for less than they cost, and where the
-/// law comes to rest beside the first: of the rivals of each number, and of what this recording cannot tell from one of them,
-/// those that are as good as the best.
+/// Causes each of which explains what several parameters of the law do together at a lower cost, and where the law
+/// settles beside the first. They come from the rivals of each parameter and from causes alike to one of those; kept
+/// are those tied with the best.
 fn one_instead(
     case: &Case<'_>,
     rows: &Rows,

@@ -1,22 +1,23 @@
-//! What the forms of causes may leave of them.
+//! Leavings: what the forms of causes may leave of their own force.
 //!
-//! A form is an idealisation: the force of a true cause is a little larger here and smaller there than its form says, and
-//! beside a large cause that is more than many a small one has. What a small cause explains must show beside columns that
-//! follow the large ones' own forces, each with the size that a form may be wrong by:
-//!
-//! ```text
-//! f_m P_k(u_a)      f_m: force of cause m, P_k: Legendre's polynomials, u_a: speed, place, time .. within -1 to 1
-//! prior: 0 ± WRONG, each
-//! ```
-//!
-//! A cause that is tied to places has a profile, and a profile is wrong from place to place, not by a factor; the law's force
-//! feels it:
+//! A form is an idealisation: the force of a true cause is a little larger here and smaller there than its form says,
+//! and beside a large cause that is more than many a small cause has. So a small cause must explain something beside
+//! columns that follow the forces of the large ones, each with the size by which a form may be wrong:
 //!
 //! ```text
-//! F cos(k π (u_x + 1)/2) rms(f_m)/rms(F)      F: what the law says, k: 0 to 16
+//! f_m P_k(u_a)      f_m: force of cause m, P_k: Legendre polynomials, u_a: speed, place, time .. scaled to -1..1
+//! prior of each: 0 ± WRONG
 //! ```
 //!
-//! The force of a mass is as wrong as its acceleration, which is derived: at the corners of ramps, by what is fast in it.
+//! A cause tied to places has a profile, and a profile is wrong from place to place, not by a factor; the law's force
+//! scales the error:
+//!
+//! ```text
+//! F cos(k π (u_x + 1)/2) rms(f_m)/rms(F)      F: force of the law, k: 0 to 16
+//! ```
+//!
+//! The force of a mass is as wrong as its acceleration, which is derived: at the corners of ramps by its fast
+//! components.
 
 use simulation::curve::Axis;
 use simulation::mechanism::Id;
@@ -27,11 +28,11 @@ use crate::fit::member::Member;
 use crate::fit::rest::power;
 use crate::nominal::fast_accelerations;
 
-/// Standard deviation of what a form is wrong by, of its force, along each polynomial: two of it are the seventh behind
-/// [`FURTHER`](crate::search).
+/// Standard deviation of the error of a form along each polynomial, as a share of its force: twice it is the seventh
+/// behind [`FURTHER`](crate::search).
 pub(super) const WRONG: f64 = 0.07;
 
-/// Axes along which forms are wrong, and the highest polynomial along each.
+/// Axes along which forms are wrong, and the highest polynomial degree along each.
 const ALONG: [(Axis, usize); 6] = [
     (Axis::Direction, 1),
     (Axis::Velocity, 2),
@@ -41,10 +42,10 @@ const ALONG: [(Axis, usize); 6] = [
     (Axis::Temperature, 2),
 ];
 
-/// Half waves along all of the rail that a profile may be wrong by.
+/// Most half waves over the whole rail by which a profile may be wrong.
 const ALONG_RAIL: usize = 16;
 
-/// Whitened columns whose amplitudes are of the order of 1, beside a fit of the members.
+/// Whitened columns, scaled so that amplitudes are of the order of 1, beside a fit of the members.
 pub(crate) fn columns<'m>(bench: &Bench<'_>, fit: &Fit, members: impl Iterator<Item = &'m Member>) -> Vec<Vec<f32>> {
     let mut raw: Vec<Vec<f64>> = Vec::new();
     let along = polynomials(bench);
@@ -69,7 +70,7 @@ pub(crate) fn columns<'m>(bench: &Bench<'_>, fit: &Fit, members: impl Iterator<I
     bench.rows.white_all(&raw.iter().map(Vec::as_slice).collect::<Vec<_>>())
 }
 
-/// What the force of a mass may be wrong by where its acceleration changes fast.
+/// Possible error of a mass's force where its acceleration changes fast.
 fn of_corners(bench: &Bench<'_>, mass_kg: f64) -> Vec<Vec<f64>> {
     let mut columns: [Vec<f64>; 3] = Default::default();
     for context in bench.contexts {
@@ -80,7 +81,7 @@ fn of_corners(bench: &Bench<'_>, mass_kg: f64) -> Vec<Vec<f64>> {
     columns.into()
 }
 
-/// What a profile along the rail may be wrong by, each column of this RMS or a little less, N.
+/// Possible error of a profile along the rail; columns of at most about this RMS, N.
 fn of_places(bench: &Bench<'_>, rms_n: f64) -> Vec<Vec<f64>> {
     let Some(u) = along(bench, Axis::Position) else { return Vec::new() };
     let law = bench.contexts.iter().flat_map(|context| &context.steady.force_n);
@@ -95,7 +96,7 @@ fn of_places(bench: &Bench<'_>, rms_n: f64) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// Every polynomial along every axis that the runs show, row by row of all runs.
+/// Every polynomial along every axis that the runs show; one entry per row of all runs.
 fn polynomials(bench: &Bench<'_>) -> Vec<Vec<f64>> {
     let mut all = Vec::new();
     for (axis, most) in ALONG {
@@ -107,7 +108,7 @@ fn polynomials(bench: &Bench<'_>) -> Vec<Vec<f64>> {
     all
 }
 
-/// Where on an axis every row of all runs lies, from -1 to 1; `None` where the runs do not show it.
+/// Position of every row of all runs on an axis, from -1 to 1; `None` where the runs do not show the axis.
 fn along(bench: &Bench<'_>, axis: Axis) -> Option<Vec<f64>> {
     let mut values = Vec::new();
     for context in bench.contexts {

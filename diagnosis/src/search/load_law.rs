@@ -1,15 +1,16 @@
-//! Whether a force grows with the load as the form that models it says.
+//! Load law: whether a force grows with the load as its form states.
 //!
 //! ```text
 //! F = form·(Q/Q_mean)^a, a = 0 by the form;  to first order  form·(1 + a·ln(Q/Q_mean))
-//! a = (r·g)/(g·g),  g = form·ln(Q/Q_mean) without what law and causes imitate,  r = what they leave
+//! a = (r·g)/(g·g),  g = form·ln(Q/Q_mean) less what law and causes imitate,  r = their residual
 //! ```
 //!
-//! What the forms of other causes may leave takes part, as [`leavings`] have it: beside a large cause a power of a small one is
-//! told no better than that. Not of those that have such a law themselves: one with the wrong power is how two arise.
+//! What the forms of other causes may leave ([`leavings`]) takes part in the fit: beside a large cause the exponent of
+//! a small one is known no better than that. Excluded are causes with a load law of their own: one such cause with the
+//! wrong exponent is how a second one arises.
 //!
-//! Seals and churned grease do not feel the load at all, and oil in the inlet feels its 0.47th power: what grows with
-//! speed and falls with load is neither.
+//! Seals and churned grease do not depend on the load at all, and oil in the inlet on its 0.47th power: a force that
+//! grows with speed and falls with load is neither.
 
 use simulation::mechanism::Id;
 
@@ -20,19 +21,20 @@ use crate::fit::source::Source;
 use crate::numbers::linear::{Cholesky, Symmetric, dot, products, remove};
 use crate::search::leavings;
 
-/// Power of the load by which a force may seem to follow another law than its form's: published powers of oil in the inlet lie
-/// between 0.3 and 0.5, and beside a law that imitates nearly all of it the power of what feels no load at all is off by a
-/// tenth. Read off opened trials (docs/trials/20 to 22): 0.11 at most of right names alone that tell it, 0.30 and more of drag
-/// that falls with the load.
+/// Deviation of the load exponent from which a force follows another law than its form's. Published exponents of oil in
+/// the inlet lie between 0.3 and 0.5, and beside a law that imitates nearly all of its force, the exponent of a
+/// load-independent cause is off by a tenth. Read off opened trials (docs/trials/20 to 22): 0.11 at most for right
+/// names alone that determine it, 0.30 and more for drag that falls with the load.
 const MOST: f64 = 0.2;
 
-/// Standard deviations from which a power counts: what a form leaves of other causes is no noise.
+/// Standard deviations from which a deviation counts; many, because what other causes' forms leave is no noise.
 const SURE: f64 = 4.0;
 
-/// Share of a column, in square, that must be left of it to tell anything.
+/// Share of a column's square that must remain, after removal of what others imitate, to tell anything.
 const IMITATED: f64 = 1e-4;
 
-/// Whether the force of a member follows another law of the load than its form's. `rest`: what `fit`, of all members, leaves.
+/// Whether the force of a member follows another law of the load than its form's. `rest`: residual of `fit`, which
+/// holds all members.
 pub(crate) fn is_another(bench: &Bench<'_>, fit: &Fit, members: &[Member], at: usize, rest: &[f32]) -> bool {
     let source = &members[at].candidate.source;
     let active: Vec<&[f32]> = fit.active.iter().map(|column| bench.base[*column].as_slice()).collect();
@@ -42,7 +44,7 @@ pub(crate) fn is_another(bench: &Bench<'_>, fit: &Fit, members: &[Member], at: u
     }
 }
 
-/// The same of a cause that is none of the members, with what it adds to their `fit`.
+/// The same for a cause that is not among the members; `gain`: what it adds to their `fit`.
 pub(crate) fn refuses(
     bench: &Bench<'_>,
     fit: &Fit,
@@ -59,12 +61,12 @@ pub(crate) fn refuses(
     }
 }
 
-/// Whether a form says how its force grows with the load.
+/// Whether a form states how its force grows with the load.
 pub(crate) fn has_law(source: &Source) -> bool {
     [Id::SealDrag, Id::ViscousDrag, Id::HydrodynamicRolling].iter().any(|id| source.is(*id))
 }
 
-/// A power of the load that a form lacks.
+/// Load exponent that a form lacks, `a` in the module's equation.
 struct Power {
     power: f64,
     /// Its standard deviation.
@@ -77,13 +79,13 @@ impl Power {
     }
 }
 
-/// What the forms of causes without a law of the load may leave, whitened.
+/// Whitened columns of what the forms of causes without a load law may leave.
 fn of_others(bench: &Bench<'_>, fit: &Fit, members: &[Member]) -> Vec<Vec<f32>> {
     leavings::columns(bench, fit, members.iter().filter(|other| !has_law(&other.candidate.source)))
 }
 
-/// The power of the load that a force lacks; `None` where the load tells nothing. `active`: columns of law and causes, its own
-/// among them; `rest`: what they leave; `leavings`: what they may leave.
+/// The load exponent that a force lacks; `None` where the load tells nothing. `active`: columns of law and causes, its
+/// own among them; `rest`: their residual; `leavings`: what their forms may leave.
 fn power(
     bench: &Bench<'_>,
     mut force: Vec<f64>,

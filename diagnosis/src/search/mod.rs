@@ -1,21 +1,21 @@
-//! Which causes act: forward selection over the library, with second thoughts.
+//! Forward selection over the library of causes, with exchanges and removals.
 //!
-//! Every step takes up the cause that explains most beyond what its freedom costs, refined in its shape, if both
-//! [locks](crate::noise::locks) open and its force is worth a mention. Before a new cause is taken up, those already there
-//! may take a richer form: most spurious second names are the first one's missing shape. After it, each one may be exchanged
-//! for a better one or dropped.
+//! Every step takes up the cause with the most evidence beyond what its freedom costs, refined in its shape, if both
+//! [locks](crate::noise::locks) open and its force is worth reporting. Before a new cause is taken up, those already
+//! there may take a richer form: most spurious second names are the first one's missing shape. Afterwards each one may
+//! be exchanged for a better one or dropped.
 //!
 //! ```text
-//! passes       the search, and again around where it has led; case: what it is about
+//! passes       the search, repeated around where it has led; case: its data
 //! (here)       one search; leavings: what the forms of its causes may leave
-//! chain        what of a cable chain's force is another's
-//! together     exchanges of a cause with the others' shapes free
+//! chain        which parts of a cable chain's force belong to another cause
+//! together     exchanges of a cause while the shapes of the others are free
 //! opening      do both locks open? holds: may a cause be named beside the others?
-//! adequacy     is what explains much what acts? load_law: does it feel the load as it must?
-//! open_set     what has no name here; clock: what repeats in time
-//! law_alone    the law's own numbers off, and nothing beside them
-//! found        what all that has led to; refit: with numbers that the simulation left out
-//! equivalents  what this recording cannot tell apart; considered: what else was thought of
+//! adequacy     does the cause that explains much really act? load_law: does it depend on the load as it must?
+//! open_set     effects without a name in the library; clock: periodic in time
+//! law_alone    only the law's own parameters are off
+//! found        the result of all that; refit: with parameters that the simulation left out
+//! equivalents  causes that this recording cannot tell apart; considered: causes not named, and why
 //! ```
 
 pub(crate) mod adequacy;
@@ -50,22 +50,22 @@ use crate::search::opening::{Asked, MORE, is_open, level};
 /// Most causes that act together.
 const MOST: usize = 8;
 
-/// Highest order at which a wave repeats that is taken for the wave itself.
+/// Highest order of a wave that counts as the wave itself.
 const ORDERS: f64 = 4.0;
 
-/// Numbers less that make a cause the simpler one.
+/// A cause is simpler than another if it has at least this many parameters less.
 const MUCH: usize = 3;
 
-/// Most of a cause's own evidence that is given up for a simpler one.
+/// Largest share of a cause's own evidence that is given up for a simpler one.
 const MOST_LOST: f64 = 0.25;
 
-/// Numbers less for each of which such a share is given up.
+/// Number of parameters saved per share ([`FURTHER`]) of all evidence given up.
 const MUCH_FOR_SHARE: usize = 5;
 
-/// Nats by which a cause leads a simpler one.
+/// Nats within which a simpler cause leads a better one.
 const LEADS: f64 = 1.0;
 
-/// Nats by which what takes the place of what is there must do better.
+/// Nats by which a replacement must do better than what it replaces.
 const BETTER: f64 = 3.0;
 
 /// Causes that are refined in every step.
@@ -77,8 +77,8 @@ pub(crate) struct Found {
     pub(crate) p_no_mismatch: f64,
 }
 
-/// Runs the search. What a `former` one found, with the noise or the law as they looked then, comes back where it explains
-/// more.
+/// Runs the search. The causes of a `former` search, made with the noise or the law as known then, are kept where they
+/// explain more.
 pub(crate) fn search(
     bench: &mut Bench<'_>,
     pool: &mut Pool,
@@ -88,7 +88,7 @@ pub(crate) fn search(
 ) -> Found {
     let mut members: Vec<Member> = Vec::new();
     let p_no_mismatch = omnibus(bench, pool, tolerances);
-    // what follows whatever there is has made room for a simpler cause: what else it followed is searched for anew
+    // an over-flexible cause may have given way to a simpler one: what else it followed is searched for again
     for _ in 0..2 {
         take_up(bench, pool, tolerances, &mut members, floor);
         polish(bench, &mut members);
@@ -123,7 +123,7 @@ fn take_up(
     members: &mut Vec<Member>,
     floor: Floor,
 ) {
-    // taking up and dropping may go round in circles
+    // bounded, since taking up and dropping may cycle
     for _ in 0..2 * MOST {
         if members.len() >= MOST {
             return;
@@ -145,14 +145,14 @@ fn take_up(
     }
 }
 
-/// What members explain together, less what their freedom costs, nats.
+/// Evidence of the members together, less what their freedom costs, nats.
 fn worth(bench: &Bench<'_>, members: &[Member]) -> f64 {
     let nats = 0.5 * (bench.fit(&bench.law()).rss - bench.fit_members(members).rss);
     let freedom: usize = members.iter().map(|member| member.candidate.freedom()).sum();
     nats - freedom as f64 * bench.price(nats)
 }
 
-/// The best cause that starts and stops speak for, where there is none yet.
+/// The best cause that starts and stops speak for, unless one is already among the members.
 fn spoken_for(
     bench: &Bench<'_>,
     pool: &mut Pool,
@@ -170,8 +170,8 @@ fn spoken_for(
     (gain.score + edges.nats() > 0.0).then_some((candidate, gain))
 }
 
-/// Drops, the weakest first, members that do not hold beside the others. Where none is left, the best that holds alone stays:
-/// two that follow one another may each hold only without the other.
+/// Drops members that do not hold beside the others, the weakest first. Where none is left, the best that holds alone
+/// stays: two causes that imitate one another may each hold only without the other.
 fn prune(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>, floor: Floor) {
     let before = members.clone();
     drop_failing(bench, pool, members, floor);
@@ -190,7 +190,7 @@ fn drop_failing(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>, floor
         let failing = (0..members.len())
             .filter_map(|at| {
                 let Beside { others, own, gain, .. } = bench.beside(members, at);
-                // what is not the same throughout must be so much surer block for block
+                // a cause of uneven amplitude must be surer by the score over blocks in return
                 let is_sure = || {
                     locks_beside_leavings(bench, &own, &gain, &others).is_some_and(|locks| {
                         is_open(Asked::of(&own.source), &locks, pool.kinds, pool.points_of(&own.source))
@@ -210,7 +210,7 @@ fn drop_failing(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>, floor
     }
 }
 
-/// p-value of "nothing is missing": both tests, over every cause and every curve.
+/// p-value of "nothing is missing": both tests must agree, over every cause and every curve.
 fn omnibus(bench: &Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>) -> f64 {
     let fit = bench.fit(&bench.law());
     let number = (pool.kinds + pool.stories.len()) as f64;
@@ -218,7 +218,7 @@ fn omnibus(bench: &Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>) -> f
     let causes = pool.ranked_causes(bench, &fit, tolerances);
     for (index, gain) in causes.iter().take(SHORT_LIST) {
         if pool.causes[*index].source.is_shift() {
-            // twice the gain is the square of a standard normal number
+            // twice the gain is the square of a standard normal variable
             tested.push((libm::erfc(gain.nats.sqrt()), gain.score));
             continue;
         }
@@ -252,12 +252,12 @@ fn short_list(
             *physics += usize::from(!pool.causes[index].source.is_shift());
             Some((*physics, index, gain))
         })
-        // a law's own parameters are few, and imitated by everything that grows with the drag
+        // the law's own parameters do not count: they are few, and everything that grows with the drag imitates them
         .filter(|(physics, index, _)| *physics <= SHORT_LIST || pool.causes[*index].source.is_shift())
         .map(|(_, index, _)| &pool.causes[index]);
     let mut list = refine_all(bench, short, fit);
     list.sort_by(|a, b| b.1.score.total_cmp(&a.1.score));
-    // where some tie, the simplest one leads
+    // among ties the simplest leads
     let best = list.first().map_or(0.0, |(_, gain)| gain.score);
     let tied = list.iter().take_while(|(_, gain)| best - gain.score < LEADS).count();
     if let Some(at) = (0..tied).min_by_key(|at| list[*at].0.source.simplicity()) {
@@ -266,7 +266,7 @@ fn short_list(
     list
 }
 
-/// Whether a cause is one of the members, or what one of them leaves of its own kind.
+/// Whether a cause is one of the members, or a remainder of one of them.
 fn is_of_one(members: &[Member], source: &Source, tolerances: &Tolerances<'_>, span_m: f64) -> bool {
     members
         .iter()
@@ -274,7 +274,7 @@ fn is_of_one(members: &[Member], source: &Source, tolerances: &Tolerances<'_>, s
         .any(|member| is_twin(member, source, tolerances) || is_order(member, source, span_m))
 }
 
-/// Whether two causes are one: of a kind, or the mass that the law has and one that it has not.
+/// Whether two causes are one: of the same kind, or the law's own mass and an added one.
 fn is_twin(a: &Source, b: &Source, tolerances: &Tolerances<'_>) -> bool {
     let is_mass = |source: &Source| match source {
         Source::Mechanism { definition, .. } => definition.id == Id::Inertia,
@@ -284,14 +284,14 @@ fn is_twin(a: &Source, b: &Source, tolerances: &Tolerances<'_>) -> bool {
     a.is_kin(b) || (is_mass(a) && is_mass(b))
 }
 
-/// Whether a cause is a wave that is an order of another wave that is already there.
+/// Whether a cause is a wave that is a higher order of a wave already there.
 fn is_order(there: &Source, new: &Source, span_m: f64) -> bool {
     let (Some(there), Some(new)) = (wavelength_m(there), wavelength_m(new)) else { return false };
     let order = (there / new).round();
     (1.0..=ORDERS).contains(&order) && (1.0 / new - order / there).abs() * span_m < 0.5
 }
 
-/// The upgrade of a member's form that explains at least half of what a new cause would.
+/// The richer form of a member that explains at least half of what the new cause would.
 fn best_upgrade(bench: &Bench<'_>, pool: &mut Pool, members: &[Member], rival: f64) -> Option<(usize, Candidate)> {
     let mut best: Option<(f64, usize, Candidate)> = None;
     for (at, member) in members.iter().enumerate() {
@@ -329,8 +329,8 @@ fn exchange(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>,
     }
 }
 
-/// Replaces members by causes with fewer numbers that explain as much but for a share that is worth no name. Answers whether
-/// it did.
+/// Replaces members by causes with fewer parameters that explain as much, up to a share too small to be named. Returns
+/// whether it did.
 fn simplify(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>, members: &mut [Member]) -> bool {
     let mut has_replaced = false;
     let law = bench.fit(&bench.law());
@@ -341,7 +341,7 @@ fn simplify(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>,
         }
         let Beside { others, fit, own, gain } = bench.beside(members, at);
         let own_nats = gain.nats;
-        // a table of 48 entries follows whatever there is: what it follows better than a cause with a shape is no evidence
+        // a table of 48 entries follows anything: what it follows better than a cause with a shape is no evidence
         let least = |freedom: usize| {
             let worthless = FURTHER * all * (own.freedom().saturating_sub(freedom) / MUCH_FOR_SHARE).max(1) as f64;
             own_nats - worthless.min(MOST_LOST * own_nats)
@@ -369,7 +369,7 @@ fn simplify(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>,
     has_replaced
 }
 
-/// Drops members that the others have made superfluous.
+/// Drops members that the others make superfluous.
 fn drop_idle(bench: &Bench<'_>, members: &mut Vec<Member>) {
     loop {
         let scores: Vec<f64> = (0..members.len()).map(|at| bench.beside(members, at).gain.score).collect();
@@ -381,7 +381,7 @@ fn drop_idle(bench: &Bench<'_>, members: &mut Vec<Member>) {
     }
 }
 
-/// Last refinement of every shape beside the others.
+/// Final refinement of every shape beside the others.
 pub(crate) fn polish(bench: &mut Bench<'_>, members: &mut [Member]) {
     for at in 0..members.len() {
         if members[at].candidate.source.shapes() == 0 {

@@ -1,7 +1,7 @@
-//! What the library has no name for.
+//! Unnamed effects: curves fitted where no named cause explains the rest.
 //!
-//! A curve without a story that explains what no named cause explains is an unknown cause. It is taken up beside the
-//! names that still earn their place next to it, so that the error falls although the name is missing.
+//! An unnamed curve that explains what no named cause explains is an unknown cause. It is taken up beside the names
+//! that still earn their place next to it, so that the error falls although the name is missing.
 
 use simulation::curve::Axis;
 
@@ -17,32 +17,33 @@ use crate::search::clock::Clocks;
 use crate::search::holds::{Floor, is_relevant};
 use crate::search::opening::{Asked, is_open, p_of};
 
-/// A curve must lead by this many nats ..
+/// An unnamed curve must lead by this many nats ..
 const LEAD: f64 = 10.0;
 
 /// .. and by this share of the evidence ..
 const SHARE: f64 = 0.15;
 
-/// .. or by this one where it takes the place of several names.
+/// .. or by this share where it replaces several names.
 const SHARE_OF_MANY: f64 = 0.06;
 
-/// Least logarithm of the e-value of a clock: at periods of seconds whitening is least sure, and the noise of a real lead
-/// screw has reached 27, where clamps of half a percent of the drag had 55 and more.
+/// Least logarithm of a clock's e-value: at periods of seconds whitening is least reliable. The noise of a real lead
+/// screw reached 27, where clamps of half a percent of the drag had 55 and more.
 const SURE_OF_CLOCK: f64 = 40.0;
 
-/// The same while the noise still has in it whatever repeats, so that the noise filter takes most of a clock away.
+/// The same while the noise estimate still contains all that repeats, so that the noise filter removes most of a clock.
 const LIKELY_CLOCK: f64 = 20.0;
 
-/// What the noise is known from.
+/// What the noise was estimated from.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum NoiseOf {
-    /// From what curves along the axes leave, in which every clock is.
+    /// Residual of curves along the axes, which still contains every clock.
     Curves,
-    /// From what a search has left.
+    /// Residual of a search.
     Search,
 }
 
-/// Takes up curves as long as one explains clearly more than the names do. Answers the p-value of the surest, 1 without.
+/// Takes up curves as long as one explains clearly more than the names do. Returns the p-value of the surest, 1 without
+/// any.
 pub(crate) fn extend(
     bench: &mut Bench<'_>,
     pool: &mut Pool,
@@ -122,23 +123,23 @@ fn best(
     opens.then(|| (with, p_of(Asked::AllBlocks, &locks, kinds, tried)))
 }
 
-/// Whether a source is a curve over a period of time.
+/// Whether a source is a periodic curve over time.
 pub(crate) fn is_clock(source: &Source) -> bool {
     matches!(source, Source::Story { curve } if curve.axis == Axis::Clock)
 }
 
-/// Whether the library has a cause for each column of a curve: what differs by direction is a constant and an asymmetry.
+/// Whether the library has a cause for each column of a curve: a curve over direction is a constant and an asymmetry.
 fn has_names(source: &Source) -> bool {
     matches!(source, Source::Story { curve } if curve.axis == Axis::Direction)
 }
 
-/// What the freedom of the members costs, nats.
+/// Cost of the members' freedom, nats.
 fn cost(bench: &Bench<'_>, members: &[Member]) -> f64 {
     let freedom: usize = members.iter().map(|member| member.base.len() + member.candidate.source.shapes()).sum();
     0.5 * freedom as f64 * bench.ln_rows()
 }
 
-/// Drops names whose part the curve has taken over; the curve is last.
+/// Drops names whose part the curve, which is last, has taken over.
 fn drop_superfluous(bench: &Bench<'_>, members: &mut Vec<Member>) {
     let mut at = 0;
     while at + 1 < members.len() {
@@ -150,20 +151,20 @@ fn drop_superfluous(bench: &Bench<'_>, members: &mut Vec<Member>) {
     }
 }
 
-/// A mismatch that comes and goes: no curve follows it, but the rest does not stay the same noise.
+/// A mismatch that comes and goes: no curve follows it, but the residual is not the same noise throughout.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Unsteady {
     /// p-value of "the same noise throughout".
     pub(crate) p: f64,
-    /// Share of the rest's power that coheres.
+    /// Share of the residual's power that is coherent.
     pub(crate) share: f64,
 }
 
-/// Highest order of a wave that a rest is freed of before its coherence is looked at.
+/// Highest order of a wave that is removed from a residual before its coherence is examined.
 const ORDERS: u32 = 8;
 
-/// What a fit leaves, whitened, without higher orders of waves among the members: at some speeds they stand out of the noise,
-/// and then they come and go with the speed.
+/// Whitened residual of a fit, less higher orders of the waves among the members: those stand out of the noise at some
+/// speeds only, and would come and go with the speed.
 pub(crate) fn rest_without_orders(bench: &Bench<'_>, fit: &Fit, members: &[Member]) -> Vec<f32> {
     let mut rest = bench.rest(fit);
     let waves = members.iter().filter_map(|member| match &member.candidate.source {
@@ -185,17 +186,17 @@ pub(crate) fn rest_without_orders(bench: &Bench<'_>, fit: &Fit, members: &[Membe
     rest
 }
 
-/// Rows of a window.
+/// Rows per window.
 const WINDOW: usize = 64;
 
-/// Distances, rows, at which coherence is looked for.
+/// Lags at which coherence is examined, rows.
 const LAGS: [usize; 4] = [1, 3, 8, 20];
 
-/// Compares the coherence of a whitened rest between windows, within each part of the profile (`groups` of rows).
+/// Compares the coherence of a whitened residual between windows, within each part of the profile (`groups` of rows).
 ///
-/// Whitened noise of any level and any tail has no correlation from row to row, and what whitening has left of it is the
-/// same in every window of a part. Clipping keeps single spikes from counting. For every lag the correlations of the
-/// windows scatter with the variance 1/rows; more is a mismatch that comes and goes.
+/// White noise of any level and tail has no correlation from row to row, and what whitening leaves of it is the same in
+/// every window of a part. Clipping bounds the weight of single spikes. For every lag the correlations of the windows
+/// have the variance 1/rows; more than that is a mismatch that comes and goes.
 pub(crate) fn unsteady(rest: &[f32], groups: &[std::ops::Range<usize>]) -> Unsteady {
     let mut worst = Unsteady { p: 1.0, share: 0.0 };
     for lag in LAGS {
@@ -230,7 +231,7 @@ pub(crate) fn unsteady(rest: &[f32], groups: &[std::ops::Range<usize>]) -> Unste
     worst
 }
 
-/// Correlation of a window with itself `lag` rows later; variance 1 for white noise.
+/// Correlation of a window with itself `lag` rows later, scaled to variance 1 for white noise.
 fn correlation(window: &[f32], lag: usize) -> Option<f64> {
     let clipped: Vec<f64> = window.iter().map(|x| f64::from(x.clamp(-3.0, 3.0))).collect();
     let power: f64 = clipped.iter().map(|x| x * x).sum();
@@ -238,7 +239,7 @@ fn correlation(window: &[f32], lag: usize) -> Option<f64> {
     (power > 0.0).then(|| product / power * window.len() as f64 / ((window.len() - lag) as f64).sqrt())
 }
 
-/// A short formula for a curve, where one of four shapes with at most two free numbers follows its knots.
+/// A short formula for a curve, where one of four shapes with at most two free parameters follows its knots.
 pub(crate) fn formula(source: &Source, amplitudes: &[f64]) -> Option<String> {
     let Source::Story { curve } = source else { return None };
     if curve.axis == Axis::Clock {
@@ -290,7 +291,7 @@ mod tests {
         let level: Vec<f32> = (0..20_000).map(|n| (noise() * (1.0 + f64::from(n) / 1e4)) as f32).collect();
         let steady = unsteady(&level, &[0..10_000, 10_000..20_000]);
         assert!(steady.p > 1e-4, "{steady:?}");
-        // the rest is whitened: its level is 1 where it is noise
+        // whitened: the level is 1 where it is noise
         let bursts: Vec<f32> = (0..20_000).map(|n| noise() as f32 + if n % 700 < 60 { 1.5 } else { 0.0 }).collect();
         let found = unsteady(&bursts, &[0..10_000, 10_000..20_000]);
         assert!(found.p < 1e-12 && found.share > 0.05, "{found:?}");

@@ -3,34 +3,35 @@
 use crate::fit::source::Source;
 use crate::noise::locks::Locks;
 
-/// Probability of a false name that is accepted, over all causes together.
+/// Accepted probability of a false name, over all causes together.
 const ALPHA: f64 = 0.01;
 
-/// Logarithm of the largest e-value that noise has brought forth: coloured noise that was taken for white.
+/// Logarithm of the largest e-value seen of noise: coloured noise that was taken for white.
 const SEEN_OF_NOISE: f64 = 37.0;
 
-/// Logarithm of an e-value that no noise brings forth, whatever whitening gets wrong, and the p-value that is enough beside it.
+/// Logarithm of an e-value that no noise reaches, however wrong the whitening, and the p-value that suffices beside it.
 const BEYOND_NOISE: f64 = 120.0;
 const BESIDE_IT: f64 = 0.25;
 
-/// What is enough beside such an e-value of a table over places.
+/// The p-value that suffices beside such an e-value for a table over places.
 const BESIDE_IT_IN_EVERY_PASS: f64 = 0.02;
 
-/// The first lock spends three quarters of the evidence on folds that it does not test. Where the second is surer than it
-/// must be, its logarithm [`MORE`] times its level, the first need only be above its own over [`LESS`].
+/// The first lock (e-value) spends three quarters of the evidence on folds that it does not test. Where the logarithm
+/// of the second lock (score by blocks) exceeds [`MORE`] times its level, the first need only exceed its level divided
+/// by [`LESS`].
 const LESS: f64 = 2.0;
 pub(crate) const MORE: f64 = 1.5;
 
 /// What is asked of the second lock.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Asked {
-    /// What may show in a few blocks only (the fast run, the one warm-up) scatters between blocks and never opens it; it gives
-    /// way as the first lock leaves less doubt.
+    /// For effects that may act in a few blocks only (the fast run, the one warm-up), which scatter between blocks and
+    /// might never open it: its level falls as the e-value grows.
     FewBlocks,
-    /// A curve follows anything: of clean recordings some have one that few blocks carry, of ln e 60. And what is tied to
-    /// places is passed again and again.
+    /// For curves, which follow anything: some clean recordings have one, carried by few blocks, with an ln e of 60.
+    /// And for causes tied to places, which are passed again and again.
     AllBlocks,
-    /// So does a table over places, which are passed again and again.
+    /// For a table over places, which likewise follows anything, and is passed again and again.
     EveryPass,
 }
 
@@ -52,7 +53,7 @@ pub(crate) fn is_open(asked: Asked, locks: &Locks, kinds: usize, points: usize) 
         || (LESS * ln_e > level && -locks.p.ln() > MORE * level)
 }
 
-/// Evidence in blocks, as a logarithm, that is enough beside an e-value.
+/// Level of the second lock beside an e-value, as a logarithm.
 fn enough(asked: Asked, ln_e: f64, level: f64) -> f64 {
     let (way, beside_it) = match asked {
         Asked::FewBlocks => (((ln_e - SEEN_OF_NOISE) / (BEYOND_NOISE - SEEN_OF_NOISE)).clamp(0.0, 1.0), BESIDE_IT),
@@ -62,12 +63,12 @@ fn enough(asked: Asked, ln_e: f64, level: f64) -> f64 {
     level + way * (-beside_it.ln() - level)
 }
 
-/// Logarithm of evidence at which a lock opens for one of so many causes.
+/// Level of both locks, as a logarithm: evidence needed for one of `kinds` causes.
 pub(crate) fn level(kinds: usize) -> f64 {
     (kinds.max(1) as f64 / ALPHA).ln()
 }
 
-/// p-value of what opened both locks, the best of `kinds` causes at `points` values.
+/// p-value of the combination that opened the locks, as the best of `kinds` causes at `points` grid points.
 pub(crate) fn p_of(asked: Asked, locks: &Locks, kinds: usize, points: usize) -> f64 {
     let level = level(kinds);
     let kinds = kinds.max(1) as f64;

@@ -1,4 +1,4 @@
-//! The search, and again around where it has led, with the noise as it looks behind what was found.
+//! Passes: the search, repeated around where it has led, with the noise as estimated from what it left.
 
 use crate::calibration::{TOLERATED, moved, shifted, way};
 use crate::fit::bench::Bench;
@@ -19,40 +19,43 @@ use crate::search::holds::{Floor, is_small, may_leave, shows_beside_leavings};
 use crate::search::open_set::{self, NoiseOf, is_clock};
 use crate::search::{drop_idle, search};
 
-/// A cause whose force is smaller than this share of the noise is not worth a mention.
+/// RMS force, as a share of the noise, below which a cause is not worth reporting.
 const FLOOR_OF_NOISE: f64 = 0.05;
 
-/// Difference of the variance of the whitened rest from 1 from which the noise is learnt anew.
+/// Deviation of the whitened residual's variance from 1 from which the noise is estimated anew.
 const COLOURED: f64 = 0.1;
 
-/// Rows that stand out which say nothing of the noise behind what was found.
+/// Number of outlying rows that is too small to say anything of the noise.
 const FEW_TAILS: usize = 10;
 
-/// Share of what all causes explain together, in square, below which one is not named: less than a fourteenth of a force is
-/// what its form may be wrong by. Of 16 such names on opened trials (9, 10 and seed 303) that were fitted all but those of
-/// records named wrong anyway were false.
+/// Share, in square, of what all causes explain together below which a cause is not named: less than a fourteenth of a
+/// force is within the error of its form. Of 16 such fitted names on opened trials (9, 10 and seed 303) all were false,
+/// but for those in records that were named wrong anyway.
 pub(crate) const LEAST_SHARE: f64 = 0.005;
 
-/// [`LEAST_SHARE`] of one with little evidence of its own beside the others.
+/// [`LEAST_SHARE`] for a cause with little evidence of its own beside the others.
 pub(crate) const LEAST_SHARE_OF_SMALL: f64 = 0.035;
 
-/// [`LEAST_SHARE`] of one with a number at its end: no such cause comes near, and what a form leaves has no form of the library.
+/// [`LEAST_SHARE`] for a cause with a shape parameter at its end: no real cause fits well there; it follows a form's
+/// remainder, which no form in the library describes.
 const LEAST_SHARE_AT_ITS_END: f64 = 2.0 * LEAST_SHARE_OF_SMALL;
 
-/// Share of all forces, each squared by itself, from which one that the others do not imitate is named although their sum has
-/// next to nothing of it. Of six such names on opened trials (22 and 23) the two beyond it were right, of those below it one.
+/// Share of the summed squares of all forces from which a cause is named although it cancels in their sum, counting
+/// only what the others do not imitate. Of six such names on opened trials (22 and 23) the two above it were right, and
+/// one of the four below.
 const LEAST_SHARE_AGAINST: f64 = 4.0 * LEAST_SHARE;
 
-/// Share of all evidence from which a cause is named however small its force is on the average of all rows: it acts on few.
+/// Share of all evidence from which a cause is named however small its force averaged over all rows: it acts in few
+/// rows.
 const MUCH_EVIDENCE: f64 = 0.5;
 
 /// Most searches.
 const MOST_PASSES: usize = 3;
 
-/// A pool of causes and the noise that it was whitened for: the next search may find both as it needs them.
+/// A pool of causes and the noise that it was whitened for, kept for the next search where that needs the same.
 pub(crate) type Kept = Option<(Rows, Pool)>;
 
-/// All that may act, of a former search where the noise looks the same.
+/// The pool of all causes, taken from a former search where the noise looks the same.
 pub(crate) fn prepared(
     case: &Case<'_>,
     rows: &Rows,
@@ -66,7 +69,7 @@ pub(crate) fn prepared(
     }
 }
 
-/// Searches as often as it takes, from `start` on; the law at `tolerated` is within its tolerance.
+/// Searches as often as needed, from `start` on; `tolerated`: the law settled within its tolerance.
 pub(crate) fn run<'s>(
     case: &Case<'s>,
     mut rows: Rows,
@@ -88,7 +91,7 @@ pub(crate) fn run<'s>(
         let noise = noise_rms(&rows, &saturation.rest(&rows, &side.contexts, &mismatch, &tangent, &[]));
         let coarse_step_n = case.coarse_step_n(noise);
         let matters = Matters::of(case, &rows, &mismatch)?;
-        // a force that stays within one step is off by up to half of it, always to the same side
+        // a force that stays within one quantisation step is off by up to half a step, always to the same side
         let rounding_n = coarse_step_n.map_or(step_n.map_or(0.0, rounding), |step| 0.5 * step);
         let floor =
             Floor { any_n: matters.relevant_n.max(FLOOR_OF_NOISE * noise), inexact_n: matters.inexact_n, rounding_n };
@@ -108,9 +111,9 @@ pub(crate) fn run<'s>(
             let mut anew = rows.clone();
             anew.learn(&left, saturation.kept());
             let is_coloured = (whiteness(&bench, &fit) - 1.0).abs() > COLOURED;
-            // what stood out is explained, and may count in full
+            // outlying rows are explained now, and may count in full
             let is_tamed = rows.tails() > FEW_TAILS && 2 * anew.tails() < rows.tails();
-            // until then a clock was only likely
+            // a clock found with the first noise estimate was only likely
             let has_clock = members.iter().any(|member| is_clock(&member.candidate.source));
             learnt = (is_coloured || is_tamed || has_clock).then_some(anew);
         }
@@ -120,7 +123,7 @@ pub(crate) fn run<'s>(
                 rows = learnt;
             }
             values = led.unwrap_or(values);
-            // names beside what has none may be parts of it
+            // names beside an unnamed curve may be parts of it
             let all_named = !members.iter().any(|member| member.candidate.source.is_story());
             former = causes(&members).filter(|_| all_named).map(|cause| cause.source.clone()).collect();
             continue;
@@ -131,7 +134,7 @@ pub(crate) fn run<'s>(
         shorten(&mut bench, &mut pool, &mut members);
         equivalents::exchange_refused(&mut bench, &mut pool, &tolerances, &mut members);
         let doubts = doubted(&mut bench, &mut pool, &tolerances, &mut members, floor);
-        // no further search, but what was found is to be true where it leads the law to
+        // no further search, but the causes are to hold where they move the law
         if let Some(led) = self::led(case, &bench, &members, &values)? {
             values = led;
             bench = case.around(&rows, &values)?;
@@ -157,7 +160,7 @@ pub(crate) fn run<'s>(
     }
 }
 
-/// Where the law comes to rest beside the members; `None` where that is near enough for straight lines.
+/// Where the law settles beside the members; `None` where that is close enough for linearisation.
 fn led(case: &Case<'_>, bench: &Bench<'_>, members: &[Member], values: &[f64]) -> Result<Option<Vec<f64>>, String> {
     let nominal = case.given.nominal;
     let is_far = |there: &[f64]| !nominal.is_incomplete() && way(values, there) > FAR;
@@ -170,12 +173,12 @@ fn led(case: &Case<'_>, bench: &Bench<'_>, members: &[Member], values: &[f64]) -
     Ok(Some(case.valley(&bench.rows, causes(members)).settled(values)?).filter(|there| is_far(there)))
 }
 
-/// Share of all evidence that hangs on a number of the law beyond its tolerance, from which that is told: many rows pull stronger than
-/// any tolerance, and a little way beyond it is where forms of causes are a little wrong.
+/// Share of all evidence that must depend on a law parameter exceeding its tolerance for that to be reported: many rows
+/// outweigh any tolerance, and a small excess is due to slightly wrong forms of causes.
 const HANGS: f64 = 0.04;
 
-/// Takes up every number of the law that has to be beyond its tolerance for the others to explain what they do, and drops what is nothing
-/// beside them.
+/// Takes up as shifts the law parameters that must exceed their tolerance for the others to explain what they do, and
+/// drops members that become superfluous.
 fn tell_shifts(bench: &mut Bench<'_>, tolerances: &Tolerances<'_>, members: &mut Vec<Member>) {
     let fit = bench.fit_members(members);
     let evidence = 0.5 * (bench.fit(&bench.law()).rss - fit.rss);
@@ -208,9 +211,9 @@ fn tell_shifts(bench: &mut Bench<'_>, tolerances: &Tolerances<'_>, members: &mut
 
 /// RMS forces from which a mismatch matters.
 pub(crate) struct Matters {
-    /// As the simulation says, N.
+    /// As the simulation states, N.
     relevant_n: f64,
-    /// What derivatives leave of calibration, which cannot be told from a cause, N.
+    /// What calibration leaves because of inexact derivatives, which cannot be told from a cause, N.
     inexact_n: f64,
 }
 
@@ -225,14 +228,14 @@ impl Matters {
         })
     }
 
-    /// RMS force below which a mismatch is of no matter, N.
+    /// RMS force below which a mismatch does not matter, N.
     pub(crate) fn irrelevant_n(&self) -> f64 {
         self.relevant_n.max(self.inexact_n)
     }
 }
 
-/// Drops, the smallest first, members that carry next to nothing of what explains together with them: all whose form may
-/// leave what they follow.
+/// Drops members, the smallest first, that carry next to nothing of what they explain together with all members whose
+/// form may leave what they follow.
 fn drop_small(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>) {
     while members.len() > 1 {
         let fit = bench.fit_members(members);
@@ -241,7 +244,7 @@ fn drop_small(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>) {
         let tangent = imitated(bench, members);
         let forces: Vec<Vec<f64>> =
             members.iter().zip(&amplitudes).map(|pair| beyond(&bench.rows, &tangent, &force(pair))).collect();
-        // its own force and those of all that may leave it
+        // a member's own force and those of all members that may leave it
         let together = |at: usize| -> Vec<&[f64]> {
             let leaving = |other: &usize| *other != at && may_leave(&members[*other], &members[at].candidate);
             let others = (0..members.len()).filter(leaving);
@@ -277,7 +280,8 @@ fn drop_small(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>) {
     }
 }
 
-/// What the law may imitate of a force: a number of it that is off is a cause, and imitates nothing.
+/// What the law may imitate of a force: the columns of its parameters, except those that are off (a cause, which
+/// imitates nothing).
 pub(crate) fn imitated(bench: &Bench<'_>, members: &[Member]) -> Vec<Vec<f64>> {
     let is_off = |at: usize| {
         let is_it = |member: &Member| member.candidate.source.is_shift_of(at);
@@ -286,8 +290,8 @@ pub(crate) fn imitated(bench: &Bench<'_>, members: &[Member]) -> Vec<Vec<f64>> {
     bench.tangent.iter().enumerate().filter(|(at, _)| !is_off(*at)).map(|(_, column)| column.clone()).collect()
 }
 
-/// What the others do not imitate of the first force, of all of them, each squared by itself: where two pull against one
-/// another their sum has next to nothing of either.
+/// What the other forces do not imitate of the first, as a share of the sum of all squares: where two forces oppose one
+/// another, their sum has next to nothing of either.
 fn share_against(forces: &[&[f64]]) -> f64 {
     let Some((own, others)) = forces.split_first() else { return 0.0 };
     let mut a = Symmetric::zeros(others.len());
@@ -300,7 +304,7 @@ fn share_against(forces: &[&[f64]]) -> f64 {
     if all > 0.0 { (dot(own, own) - dot(&imitated, &imitated)) / all } else { 0.0 }
 }
 
-/// Share of what all explain below which a cause is dropped that has this share of all evidence.
+/// Share of what all members explain below which a cause with this share of the evidence is dropped.
 fn least_share(of_evidence: f64, is_at_an_end: impl FnOnce() -> bool, is_small: impl FnOnce() -> bool) -> f64 {
     if of_evidence > MUCH_EVIDENCE {
         return 0.0;
@@ -311,8 +315,8 @@ fn least_share(of_evidence: f64, is_at_an_end: impl FnOnce() -> bool, is_small: 
     if is_small() { LEAST_SHARE_OF_SMALL } else { LEAST_SHARE }
 }
 
-/// Replaces a form one of whose numbers lies at its end by the minimal one, where that number is none of it and the longer
-/// form adds no more than forms may be wrong by: the end says nothing of the cause then.
+/// Replaces a form with a shape parameter at its end by the minimal form, where that lacks the parameter and the longer
+/// form adds no more than the error of a form: then the end says nothing of the cause.
 fn shorten(bench: &mut Bench<'_>, pool: &mut Pool, members: &mut [Member]) {
     for at in 0..members.len() {
         let Beside { fit, own, gain, .. } = bench.beside(members, at);
@@ -326,7 +330,7 @@ fn shorten(bench: &mut Bench<'_>, pool: &mut Pool, members: &mut [Member]) {
     }
 }
 
-/// Doubts about the members, which may make room for a curve: one without a name that does better than doubted names do.
+/// Doubts about the members. Doubted members may be replaced by an unnamed curve that does better than they do.
 fn doubted(
     bench: &mut Bench<'_>,
     pool: &mut Pool,
@@ -358,7 +362,7 @@ mod tests {
     fn what_pulls_against_another_counts_by_itself() {
         let force = |phase: f64| (0..1000).map(|n| (0.1 * f64::from(n) + phase).sin()).collect::<Vec<f64>>();
         let (large, small) = (force(0.0), force(2.0).iter().map(|x| 0.4 * x).collect::<Vec<f64>>());
-        // the sum has less than nothing of it, and yet 0.83 of it is not the other's
+        // the sum has less than nothing of it, and yet 0.83 of it is not imitated by the other
         assert!(among(&[&small, &large])[0] < LEAST_SHARE);
         let share = share_against(&[&small, &large]);
         assert!((share - 0.16 * 2f64.sin().powi(2) / 1.16).abs() < 1e-3, "{share}");

@@ -1,8 +1,8 @@
-//! The last fit, for a law whose own numbers were left out: what causes are made of (a share of the law's friction)
-//! depends on those numbers, and the file that is written holds both.
+//! The final fit for a law whose own parameters were left out of the simulation: the forms of causes (a share of the
+//! law's friction) depend on those parameters, and the file written holds both.
 //!
 //! ```text
-//! repeat: columns of the causes at the law's numbers -> law and causes fitted together -> the law's numbers
+//! repeat: columns of the causes at the law's parameters -> joint fit of law and causes -> the law's parameters
 //! ```
 
 use simulation::Simulation;
@@ -14,16 +14,16 @@ use crate::nominal::Nominal;
 use crate::recording::side::Side;
 use crate::search::found::{Found, amplitudes};
 
-/// Most rounds.
+/// Most iterations.
 const MOST_ROUNDS: usize = 40;
 
-/// Change of the law's numbers, of their size, that ends it: whitened columns are kept in single precision.
+/// Relative change of the law's parameters at which iteration ends: whitened columns have single precision.
 const STILL: f64 = 1e-4;
 
-/// The law's numbers, and the amplitudes of every member.
+/// The law's parameters, and the amplitudes of every member.
 pub(crate) type Together = (Vec<f64>, Vec<Vec<f64>>);
 
-/// What fits together. `None` where it does not come to rest.
+/// The joint fit; `None` where it does not converge.
 pub(crate) fn together(
     simulation: &Simulation,
     nominal: &Nominal,

@@ -1,8 +1,8 @@
-//! Exchanges of one cause with the shapes of all others free.
+//! Joint exchanges: one cause is exchanged while the shapes of all others are free.
 //!
-//! Two causes that were taken up one after the other have come to suit one another: each is the best beside the other as it
-//! is, and yet two others may explain far more. What takes the place of one is judged where the others have found their shapes
-//! and forms beside it.
+//! Causes taken up one after the other have adapted to one another: each is the best beside the other as it is, yet two
+//! other causes may explain far more. A replacement is judged after the others have found their shapes and forms beside
+//! it.
 
 use crate::fit::bench::Bench;
 use crate::fit::member::{Beside, Candidate, Member};
@@ -10,28 +10,28 @@ use crate::fit::pool::{Pool, Tolerances};
 use crate::search::equivalents::LONGER_FORM;
 use crate::search::{BETTER, is_of_one, worth};
 
-/// Causes that are tried in the place of one, the best first.
+/// Replacements tried per member, the best first.
 const TRIED: usize = 3;
 
-/// Share of what a member explains that another must explain in its place, the others as they are, to be tried.
+/// Share of a member's score that a replacement must reach, with the others as they are, to be tried.
 const LEAST: f64 = 0.3;
 
-/// Numbers from which on a cause may be two simpler ones.
+/// Number of parameters from which on a cause may really be two simpler ones.
 const RICH: usize = 3;
 
-/// Share of all evidence that two causes must explain beyond the one in whose place they are. Of such pairs on opened trials (23
-/// to 25) three above it were right and one was false, of those below it one and five.
+/// Share of all evidence that two causes must explain beyond the one they replace. Of such pairs on opened trials (23
+/// to 25) three above it were right and one was false; of those below it one was right and five were false.
 const FOR_TWO: f64 = 0.05;
 
-/// Rounds in which the others find their shapes.
+/// Rounds in which the others adapt their shapes.
 const ROUNDS: usize = 2;
 
 /// Most exchanges, and most members among which causes are exchanged.
 const MOST: usize = 3;
 const MOST_MEMBERS: usize = 4;
 
-/// Exchanges members as long as that explains more, by more than what a longer form adds to one cause. Answers
-/// whether it did.
+/// Exchanges members as long as that explains more, by more than a longer form adds to one cause. Returns whether it
+/// did.
 pub(super) fn exchange(
     bench: &mut Bench<'_>,
     pool: &mut Pool,
@@ -62,13 +62,13 @@ pub(super) fn exchange(
     has_exchanged
 }
 
-/// What causes must explain, less what their freedom costs, to take the place of others that explain `now`, nats.
+/// Worth that replacements must exceed where the present members have `now`, nats.
 fn asked(now: f64, has_one_more: bool) -> f64 {
     let share = if has_one_more { FOR_TWO } else { LONGER_FORM };
     now + BETTER.max(share * now)
 }
 
-/// Members with another cause in the place of one, or with two in the place of one that has many numbers.
+/// Sets of members with another cause in place of one, or with two in place of one that has many parameters.
 fn choices(
     bench: &mut Bench<'_>,
     pool: &mut Pool,
@@ -107,7 +107,7 @@ fn choices(
     choices
 }
 
-/// Members with the cause that explains most beside them.
+/// The members, and the cause that explains most beside them.
 fn with_second(
     bench: &mut Bench<'_>,
     pool: &mut Pool,
@@ -126,7 +126,7 @@ fn is_another(cause: &Candidate, members: &[Member], pool: &Pool, tolerances: &T
     !cause.source.is_table() && !is_of_one(members, &cause.source, tolerances, pool.span_m)
 }
 
-/// Lets the causes find their forms and shapes beside one another.
+/// Lets the causes adapt their forms and shapes to one another.
 fn settle(bench: &mut Bench<'_>, pool: &mut Pool, members: &mut [Member]) {
     for _ in 0..ROUNDS {
         for at in 0..members.len() {
@@ -142,7 +142,7 @@ fn settle(bench: &mut Bench<'_>, pool: &mut Pool, members: &mut [Member]) {
     }
 }
 
-/// Whether a member has no other form or shape to find: a table follows what there is whatever stands beside it.
+/// Whether a member has no other form or shape to adapt: a table follows anything, whatever stands beside it.
 fn is_fixed(member: &Member) -> bool {
     member.candidate.source.is_balanced() || member.candidate.source.is_table()
 }
@@ -175,7 +175,7 @@ mod tests {
         assert_eq!([false, true].map(|has_one_more| asked(20.0, has_one_more)), [23.0, 23.0]);
     }
 
-    /// Strokes of a block that loses preload as it runs in grease that grips.
+    /// Strokes of a block that loses preload while it runs in a grease that grips.
     fn run(simulation: &Simulation, preload_n: f64) -> Run {
         let at = Conditions { preload_n: Some(preload_n), temperature_degc: Some(40.0), external_load_n: None };
         let speeds_m_s = vec![0.01, 0.03, 0.1, 0.3];
