@@ -1,8 +1,8 @@
-//! The bench: the mismatch and everything that may explain it as whitened columns, and every fit as algebra on their
-//! inner products.
+//! The bench: the mismatch and everything that may explain it as whitened columns; every fit is algebra on their inner
+//! products.
 //!
-//! A column is made once, whitened once and kept. Cross products are made when a fit first needs them. The base holds
-//! the mismatch (column 0), the tangent of the law and the columns of whatever has been taken up.
+//! A column is made once, whitened once and kept. Cross products are computed when a fit first needs them. The base
+//! holds the mismatch (column 0), the tangent of the law and the columns of the causes taken up.
 
 use rayon::prelude::*;
 use simulation::mechanism::Context;
@@ -17,57 +17,60 @@ use crate::noise::locks::{Locks, locks};
 use crate::noise::rows::{Gram, Rows};
 use crate::numbers::linear::{Cholesky, Symmetric, dot, products};
 
-/// Share of the evidence that every number of a form must earn beside what chance would give it: a form is an
-/// idealisation, and a longer one that follows the truth a little closer is no better a name.
+/// Share of the evidence that every parameter of a form must earn beyond what chance gives: a form is an idealisation,
+/// and a longer one that follows the truth a little closer is no better a name.
 const EARNED: f64 = 2e-3;
 
-/// Share of a column, in square, that rounding and whitening leave of one that is explained; of one that is there twice.
+/// Share of a column's square that rounding and whitening leave of a column that is fully explained; the second, of a
+/// column that is in the base twice.
 const ROUNDING: f64 = 1e-6;
 const ROUNDING_OF_SHIFT: f64 = 1e-11;
 
-/// Weight, of a column's own square, with which a number of the law is held at an end of its range.
+/// Weight with which a law parameter is held at an end of its range, as a multiple of its column's square.
 const HOLD: f64 = 1e6;
 
-/// Difference of the square of a correlation from 1 below which two columns are one: single precision tells no more of them.
+/// Difference of a squared correlation from 1 below which two columns are one: single precision resolves no more.
 const TWINS: f64 = 1e-5;
 
-/// Columns that are whitened in one go; sources that one thread makes the columns of.
+/// Columns whitened at once, and sources whose columns one thread makes.
 const AT_ONCE: usize = 8;
 
-/// Candidates that are multiplied in one go.
+/// Candidates multiplied at once.
 const TOGETHER: usize = 128;
 
 /// See the module.
 pub(crate) struct Bench<'a> {
     pub(crate) rows: Rows,
     pub(crate) contexts: &'a [Context<'a>],
-    /// Rows that are compared, of all runs laid end to end.
+    /// Rows that are compared, all runs concatenated.
     pub(crate) compared: Vec<bool>,
     pub(crate) base: Vec<Vec<f32>>,
     products: Symmetric,
-    /// Precision and pull of the tangent's columns.
+    /// Precision, and precision times mean ("pull"), of the prior of the tangent's columns.
     prior: Vec<(f64, f64)>,
-    /// Precision of the columns of curves without a story.
+    /// Prior precision of the columns of unnamed curves.
     nameless: Vec<(usize, f64)>,
-    /// Least and largest step of the law's numbers, where they have a range that no tolerance keeps them in.
+    /// Least and largest step of the law's parameters, where they have a range that no tolerance keeps them in.
     room: Vec<(f64, f64)>,
     pub(crate) tangent: Vec<Vec<f64>>,
-    /// Whitened square of the largest force that a cause may have: one that is larger than all that was measured and all that
-    /// is missing only cancels against others. A force that turns late is missing at every turn, twice as often as it turns.
+    /// Largest whitened square of a cause's force: a force larger than all that was measured and all that is missing
+    /// only cancels against others. Both count, since a force that turns late is missing at every turn, with twice its
+    /// size.
     pub(crate) largest: f64,
-    /// Whether the zero of the positions is that of this recording alone: a table over them would say nothing of the next.
+    /// Whether the zero of the positions holds for this recording only: a table over them would say nothing of the next
+    /// one.
     pub(crate) is_relative: bool,
     /// Time between two rows, s.
     pub(crate) step_s: f64,
-    /// Travel since the force has turned from which on rows are compared, m.
+    /// Travel since the last reversal of the force from which on rows are compared, m.
     pub(crate) seen_from_m: f64,
-    /// What starts and stops tell of the time between motion and force.
+    /// What starts and stops tell of the delay between motion and force.
     pub(crate) edges: Option<Edges>,
     told: Told,
 }
 
 impl<'a> Bench<'a> {
-    /// `mismatch` and `tangent` over the rows of all runs; `prior` of the tangent.
+    /// `mismatch` and `tangent`: one entry per row of all runs; `prior`: of the tangent.
     pub(crate) fn new(
         rows: Rows,
         contexts: &'a [Context<'a>],
@@ -99,7 +102,7 @@ impl<'a> Bench<'a> {
         bench
     }
 
-    /// The same where steps of the law's numbers end.
+    /// The same, with limits to the steps of the law's parameters.
     pub(crate) fn within(mut self, room: Vec<(f64, f64)>) -> Self {
         if room.iter().any(|(least, most)| least.is_finite() || most.is_finite()) {
             self.room = room;
@@ -107,7 +110,7 @@ impl<'a> Bench<'a> {
         self
     }
 
-    /// Adds whitened columns to the base; answers their places.
+    /// Adds whitened columns to the base; returns their indices.
     fn push(&mut self, columns: Vec<Vec<f32>>) -> Vec<usize> {
         let first = self.base.len();
         self.base.extend(columns);
@@ -141,7 +144,7 @@ impl<'a> Bench<'a> {
         self.fit_holding(active, Vec::new())
     }
 
-    /// The same with some of the law's numbers held at a step.
+    /// The same, with some of the law's parameters held at a step.
     fn fit_holding(&self, active: &[usize], held: Vec<(usize, f64)>) -> Fit {
         let prior_of = |column: usize| match held.iter().find(|(of, _)| *of == column) {
             Some((_, step)) => {
@@ -174,8 +177,8 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// The law's number that steps the farthest beyond its room, in units of its column, and where that ends; none of those
-    /// that are held already.
+    /// The law parameter (not yet held) that steps farthest beyond its room, in units of its column, and the end of its
+    /// room.
     fn beyond_room(&self, held: &[(usize, f64)], steps: impl Iterator<Item = (usize, f64)>) -> Option<(usize, f64)> {
         steps
             .filter(|(column, _)| held.iter().all(|(of, _)| of != column))
@@ -211,13 +214,13 @@ impl<'a> Bench<'a> {
         steps
     }
 
-    /// The law and the members together, every amplitude with a sign that its cause can have and every number of the law
-    /// within its room: what pulls the wrong way beside the others is left out, the worst first.
+    /// Fits the law and the members together, every amplitude with a sign possible for its cause and every law
+    /// parameter within its room. Amplitudes of the wrong sign are left out, the worst first.
     pub(crate) fn fit_members(&self, members: &[Member]) -> Fit {
         self.fit_signed(self.active(members), members)
     }
 
-    /// The same with one of the law's numbers held at a step.
+    /// The same with one law parameter held at a step.
     pub(crate) fn fit_holding_one(&self, members: &[Member], parameter: usize, step: f64) -> Fit {
         self.fit_holding(&self.active(members), vec![(parameter + 1, step)])
     }
@@ -255,13 +258,13 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// The members alone: the law stays where it is.
+    /// Fits the members alone: the law stays where it is.
     pub(crate) fn fit_beside_law(&self, members: &[Member]) -> Fit {
         let of_members: Vec<usize> = members.iter().flat_map(|member| member.base.iter().copied()).collect();
         self.fit_signed(of_members, members)
     }
 
-    /// What a fit leaves, whitened.
+    /// Whitened residual of a fit.
     pub(crate) fn rest(&self, fit: &Fit) -> Vec<f32> {
         let mut rest = self.base[0].clone();
         for (column, value) in fit.active.iter().zip(&fit.values) {
@@ -272,7 +275,7 @@ impl<'a> Bench<'a> {
         rest
     }
 
-    /// Columns that are active with these members.
+    /// Columns of the law and of these members.
     pub(crate) fn active(&self, members: &[Member]) -> Vec<usize> {
         let mut active = self.law();
         active.extend(members.iter().flat_map(|member| member.base.iter().copied()));
@@ -287,12 +290,12 @@ impl<'a> Bench<'a> {
         raw_columns(source, self.contexts)
     }
 
-    /// Force of a source with these amplitudes over the rows of all runs, N; nothing where no run shows it.
+    /// Force of a source with these amplitudes over the rows of all runs, N; empty where no run shows it.
     pub(crate) fn force(&self, source: &Source, amplitudes: &[f64]) -> Vec<f64> {
         weighted(&self.raw(source).unwrap_or_default(), amplitudes)
     }
 
-    /// Whether the runs tell of every length of a source, none of them is hidden by play, and starts and stops do not speak
+    /// Whether the runs can show every length of a source, play hides none of them, and starts and stops do not speak
     /// against it.
     fn is_told(&self, source: &Source) -> bool {
         !self.edges.is_some_and(|edges| !edges.allow(source)) && self.told.is_told(source, self.seen_from_m)
@@ -308,7 +311,7 @@ impl<'a> Bench<'a> {
         self.candidates([source]).pop()
     }
 
-    /// Whitens many, on all processors; those that no run shows are left out.
+    /// Whitens many sources, on all processors; those that no run shows are left out.
     pub(crate) fn candidates(&self, sources: impl IntoIterator<Item = Source>) -> Vec<Candidate> {
         let told: Vec<Source> = sources.into_iter().filter(|source| self.is_told(source)).collect();
         told.par_chunks(AT_ONCE).flat_map_iter(|few| self.candidates_of(few)).collect()
@@ -347,7 +350,7 @@ impl<'a> Bench<'a> {
         {
             return None;
         }
-        // two numbers for one column: a zero that follows a temperature that stays is no more than a zero
+        // two amplitudes for one column: a zero that follows a constant temperature is no more than a zero
         if let [_, _] = columns.as_slice()
             && own.get(0, 1) * own.get(0, 1) > (1.0 - TWINS) * own.get(0, 0) * own.get(1, 1)
         {
@@ -360,12 +363,12 @@ impl<'a> Bench<'a> {
         Some(Candidate { source, columns, bounds, own, cross: Vec::new() })
     }
 
-    /// Makes the cross products with these columns of the base.
+    /// Computes the missing cross products with these columns of the base.
     pub(crate) fn prepare(&self, candidate: &mut Candidate, active: &[usize]) {
         self.prepare_all(std::slice::from_mut(candidate), active);
     }
 
-    /// The same for many: those that lack the same columns share the way through memory.
+    /// The same for many: candidates that lack the same columns share one pass through memory.
     pub(crate) fn prepare_all(&self, candidates: &mut [Candidate], active: &[usize]) {
         let lacking = |candidate: &Candidate| -> Vec<usize> {
             let known = |column: usize| candidate.cross.get(column).is_some_and(Option::is_some);
@@ -392,7 +395,8 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// What a fit leaves of a candidate's inner products, and of those with the mismatch; it must be prepared for the fit.
+    /// What a fit leaves of a candidate's inner products among themselves and with the mismatch; it must be prepared
+    /// for the fit.
     fn left(&self, candidate: &Candidate, fit: &Fit) -> Left {
         let count = candidate.columns.len();
         let cross = |column: usize, k: usize| {
@@ -406,7 +410,7 @@ impl<'a> Bench<'a> {
             right[k] = cross(0, k) - dot(&forward, &fit.forward);
             imitated.push(forward);
         }
-        // a shift is a column of the law itself, and what is left of it is its tolerance
+        // a shift is a column of the law itself: only its tolerance is left of it
         let rounding = if candidate.source.is_shift() { ROUNDING_OF_SHIFT } else { ROUNDING };
         for i in 0..count {
             for j in 0..=i {
@@ -426,7 +430,7 @@ impl<'a> Bench<'a> {
         self.left(candidate, fit).products.get(0, 0)
     }
 
-    /// What the candidate adds to a fit, for which it must be prepared.
+    /// Gain of the candidate beyond a fit, for which it must be prepared.
     pub(crate) fn gain(&self, candidate: &Candidate, fit: &Fit) -> Gain {
         let count = candidate.columns.len();
         let left = self.left(candidate, fit);
@@ -434,7 +438,7 @@ impl<'a> Bench<'a> {
         if !self.room.is_empty()
             && let Some(end) = self.beyond_room(&fit.held, left.beside(fit, &amplitudes))
         {
-            // the law would have to go where it cannot be: it stays at the end of its range
+            // the law would have to leave its range: it stays at the end
             let held = self.fit_holding(&fit.active, fit.held.iter().copied().chain([end]).collect());
             let there = self.gain(candidate, &held);
             nats = (there.nats - 0.5 * (held.rss - fit.rss)).max(0.0);
@@ -451,7 +455,7 @@ impl<'a> Bench<'a> {
         Gain { nats, score: nats - freedom as f64 * self.price(nats), amplitudes }
     }
 
-    /// What a number costs that takes part in explaining so much, nats.
+    /// Cost of a parameter that takes part in explaining `nats` nats.
     pub(crate) fn price(&self, nats: f64) -> f64 {
         0.5 * self.ln_rows() + EARNED * nats
     }
@@ -460,10 +464,10 @@ impl<'a> Bench<'a> {
         (self.rows.len().max(2) as f64).ln()
     }
 
-    /// Takes a candidate up.
+    /// Takes up a candidate.
     ///
-    /// All columns of a curve without a story together are worth no more than what is missing: two such curves that cancel
-    /// where they were fitted are far off elsewhere.
+    /// The sum of the columns of an unnamed curve is bounded by the mismatch; otherwise two such curves that cancel
+    /// where they were fitted would be far off elsewhere.
     pub(crate) fn take(&mut self, candidate: Candidate) -> Member {
         let base = self.push(candidate.columns.clone());
         if matches!(candidate.source, Source::Story { .. }) {
@@ -475,7 +479,7 @@ impl<'a> Bench<'a> {
         Member { candidate, base }
     }
 
-    /// What a member adds to the others.
+    /// What a member adds beside the others.
     pub(crate) fn beside(&self, members: &[Member], at: usize) -> Beside {
         let others = without(members, at);
         let fit = self.fit_members(&others);
@@ -490,7 +494,7 @@ impl<'a> Bench<'a> {
         self.locks_beside(candidate, gain, members, &[])
     }
 
-    /// The same beside what the forms of members may leave, columns with amplitudes of the order of 1.
+    /// The same beside the leavings of members' forms: columns with amplitudes of the order of 1.
     pub(crate) fn locks_beside(
         &self,
         candidate: &Candidate,
@@ -511,7 +515,7 @@ impl<'a> Bench<'a> {
                 .filter(|(_, x)| **x != 0.0)
                 .map(|(column, _)| column.as_slice()),
         );
-        // three standard deviations are free: an effect must show beside parameters that use them up
+        // a tolerance of three standard deviations is free: an effect must show beside parameters that use it up
         let free = |(precision, pull)| (precision / 9.0, pull / 9.0);
         let mut prior: Vec<(f64, f64)> = active.iter().map(|column| free(self.prior_of(*column))).collect();
         prior.resize(prior.len() + leavings.len(), (1.0, 0.0));

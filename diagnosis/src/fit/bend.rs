@@ -1,12 +1,13 @@
-//! Whether what is to be a bent rail is bent.
+//! Whether a profile fitted as a bent rail really bends.
 //!
 //! ```text
 //! e(x) = e_0 + e_n(x)      |e_0| < rms(e_n(x))
 //! ```
 //!
-//! e: what the profile adds to the interference (or share of the preload), e_0: its mean over the rail. The preload that a
-//! simulation gives is that of the whole rail: what is more or less of it everywhere is a preload that is off, or whatever else
-//! grows with the drag, and says nothing of a rail. A wave of twice the stroke is half a wave there, and can hardly do else.
+//! e: what the profile adds to the interference (or the share of the preload), e_0: its mean over the rail. The preload
+//! that a simulation states is that of the whole rail: a constant change of it is a preload that is off, or anything
+//! else that grows with the drag, and says nothing of the rail. A wave of twice the stroke is half a wave there, which
+//! is almost a constant.
 
 use std::f64::consts::TAU;
 
@@ -14,11 +15,11 @@ use simulation::mechanism::{Id, Search};
 
 use crate::fit::source::Source;
 
-/// Places between the ends of the rail at which a profile is looked at.
+/// Places between the ends of the rail at which a profile is evaluated.
 const PLACES: usize = 64;
 
-/// Whether a source is a rail that is not straight with a profile whose mean is more than what it changes by, with these
-/// amplitudes over a rail between these ends, m.
+/// Whether a source is a bent rail whose profile, with these amplitudes over a rail between these ends (m), has a mean
+/// larger than its RMS variation.
 pub(crate) fn is_level(source: &Source, amplitudes: &[f64], (from, to): (f64, f64)) -> bool {
     let Source::Mechanism { definition, form, shape } = source else { return false };
     if definition.id != Id::RailStraightness || !(to > from) {
@@ -36,7 +37,7 @@ pub(crate) fn is_level(source: &Source, amplitudes: &[f64], (from, to): (f64, f6
     mean * mean > change
 }
 
-/// Sine and cosine of every order.
+/// Sum over all orders of their sine and cosine.
 fn wave(amplitudes: &[f64], phase: f64) -> f64 {
     let order = |(n, pair): (usize, &[f64])| {
         let (sin, cos) = ((n + 1) as f64 * phase).sin_cos();

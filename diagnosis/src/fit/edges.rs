@@ -1,10 +1,10 @@
-//! How late the force follows a start and a stop: what tells a late channel from a filtered one, and both from friction
-//! that follows its speed late.
+//! Delay of the force at starts and stops: it tells a late channel from a filtered one, and both from friction that
+//! lags behind its speed.
 //!
-//! While the motion keeps its direction the three look alike. At its ends they do not: a channel that is late steps late,
-//! a filter steps late and leaves a tail, and a friction whose size lags behind has its sign at once. The position leaves
-//! its rest so slowly that a start is seen late, and a stop by as much too early: half the sum of both is free of it where
-//! the ramps are alike, and how fast they go through two heights tells how alike they are.
+//! While the motion keeps its direction the three look alike; at its ends they do not: a late channel steps late, a
+//! filter steps late and leaves a tail, and a friction whose size lags has its sign at once. The position leaves its
+//! rest so slowly that a start is seen late, and a stop early by as much: the mean of both delays is free of this where
+//! the ramps are alike, which the time they take between two thresholds shows.
 
 use simulation::mechanism::Id;
 
@@ -13,33 +13,34 @@ use crate::fit::source::Source;
 use crate::noise::locks::least_of;
 use crate::numbers::statistics::{mean, scatter};
 
-/// Standard error of the mean lateness of starts, or of stops, from which nothing is said, s.
+/// Largest standard error of the mean delay of starts, or of stops, for any conclusion, s.
 const SURE_S: f64 = 1e-3;
 
-/// Rows by which starts may be later than stops without play: a law has no force at once either.
+/// Rows by which starts may be later than stops without play: the law's force does not rise at once either.
 const PLAY_ROWS: f64 = 0.5;
 
-/// Standard errors that a cause may be off by.
+/// Standard errors by which a cause may be off.
 const ERRORS: f64 = 3.0;
 
-/// Standard errors from which a force is taken to fade.
+/// Standard errors from which a force counts as fading.
 const FADES: f64 = 4.0;
 
-/// Tail from which a force is no merely late one, s, rows, and of what it is late by: a filter's is 0.7 of it.
+/// Tail above which a force is not merely late: in s, in rows, and as a share of the delay (a filter's tail is 0.7 of
+/// it).
 const TAIL_S: f64 = 2e-4;
 const TAIL_ROWS: f64 = 0.05;
 const TAIL_SHARE: f64 = 0.2;
 
-/// Share of the tail that a filter would leave that must be there.
+/// Least share of the expected tail of a filter that must be there.
 const PRESENT: f64 = 0.5;
 
-/// What filters before the samples are taken may be late by, s.
+/// Possible delay by filters before sampling, s.
 const FILTERS_S: f64 = 1e-4;
 
-/// Standard errors from which a force that is late or fades needs no other evidence.
+/// Standard errors from which a late or fading force needs no other evidence.
 const SPEAKS: f64 = 5.0;
 
-/// Lateness and tail of the force, s, with their standard errors.
+/// Delay and tail of the force with their standard errors, s.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Edges {
     late_s: f64,
@@ -53,7 +54,7 @@ pub(crate) struct Edges {
 }
 
 impl Edges {
-    /// `None` where the runs do not rest often enough, or their force does not step there.
+    /// `None` where the runs do not rest often enough, or the force does not step there.
     pub(crate) fn of(ends: &Ends) -> Option<Self> {
         let Ends { starts, stops, step_s } = ends;
         if !starts.say_something() || !stops.say_something() {
@@ -68,7 +69,7 @@ impl Edges {
         if start.1 > SURE_S || stop.1 > SURE_S {
             return None;
         }
-        // play lets a start alone be late
+        // play delays starts only
         let play_s = start.0 - stop.0;
         if play_s > (ERRORS * start.1.hypot(stop.1)).max(PLAY_ROWS * step_s) {
             return None;
@@ -87,7 +88,7 @@ impl Edges {
         })
     }
 
-    /// Whether a cause may act so that the force has these edges.
+    /// Whether a cause is compatible with these edges.
     pub(crate) fn allow(&self, source: &Source) -> bool {
         let Source::Mechanism { definition, form, shape } = source else { return true };
         match definition.id {
@@ -98,7 +99,7 @@ impl Edges {
             }
             Id::ForceLowpass => {
                 let time = shape.first().copied().unwrap_or(0.0) * if *form == 0 { 1.0 } else { 2.0 };
-                // behind its middle exp(-t/τ) has half of its area, of which the window sees all but the end
+                // half of the area of exp(-t/τ) lies behind its middle; the window misses the end of it
                 let seen_s = time * (0.5 - (-self.window_s / time.max(1e-9)).exp()).max(0.0);
                 let is_there = self.tail_s + ERRORS * self.tail_error_s >= PRESENT * seen_s;
                 is_there && (!self.is_late() || self.fades_by(ERRORS))
@@ -107,18 +108,18 @@ impl Edges {
         }
     }
 
-    /// Whether starts and stops alone are evidence for a cause, whatever the rest of the recording shows of it.
+    /// Whether starts and stops alone are evidence for a cause, whatever the rest of the recording shows.
     pub(crate) fn speak_for(&self, source: &Source) -> bool {
         let is_faded = self.fades_by(SPEAKS) && self.late_s > self.slack_s();
         source.is(Id::TimeMisalignment) && self.is_late() || source.is(Id::ForceLowpass) && is_faded
     }
 
-    /// Whether the force is surely late and does not fade.
+    /// Whether the force is certainly late and does not fade.
     fn is_late(&self) -> bool {
         self.late_s.abs() > SPEAKS * self.late_error_s && !self.has_tail()
     }
 
-    /// How much likelier they are with a force that is late or fades, nats.
+    /// Evidence of the edges for a late or fading force, nats.
     pub(crate) fn nats(&self) -> f64 {
         let square = |errors: f64| 0.5 * errors * errors;
         self.seen().into_iter().map(square).fold(0.0, f64::max)
@@ -130,12 +131,12 @@ impl Edges {
         least_of(self.seen().map(p))
     }
 
-    /// Lateness and both tails, of their standard errors.
+    /// Delay and both tails in units of their standard errors.
     fn seen(&self) -> [f64; 3] {
         [self.late_s / self.late_error_s, self.tail_s / self.tail_error_s, self.near_s / self.near_error_s]
     }
 
-    /// Keeps the amplitudes of a cause to what the edges tell of them.
+    /// Restricts the amplitudes of a cause to what the edges allow.
     pub(crate) fn bind(&self, source: &Source, bounds: &mut [(f64, f64)]) {
         let Source::Mechanism { definition, form: 0, .. } = source else { return };
         if definition.id == Id::TimeMisalignment {
@@ -153,15 +154,15 @@ impl Edges {
         (self.late_s - self.slack_s(), self.late_s + self.slack_s())
     }
 
-    /// Whether the force fades where a carriage stops.
+    /// Whether the force fades where the carriage stops.
     fn has_tail(&self) -> bool {
         self.fades_by(FADES)
     }
 
-    /// The same, surely by so many standard errors.
+    /// The same, by at least so many standard errors.
     fn fades_by(&self, errors: f64) -> bool {
         let least = TAIL_S.max(TAIL_ROWS * self.step_s).max(TAIL_SHARE * self.late_s);
-        // slow noise is in the whole tail, and not in the near one
+        // slow noise contributes to the whole tail, but not to the near one
         self.near_s > least.max(errors * self.near_error_s) || self.tail_s > least + errors * self.tail_error_s
     }
 }
@@ -206,7 +207,7 @@ mod tests {
         }
 
         let filtered = of(strokes(0.0, 4e-3, 0.0)).expect("it rests and starts");
-        // half of what comes behind the middle of exp(-t/τ)
+        // the half of the area of exp(-t/τ) that lies behind its middle
         assert!((filtered.tail_s - 2e-3).abs() < 3e-4 && (filtered.late_s - 2.8e-3).abs() < 4e-4, "{filtered:?}");
         assert!(
             filtered.speak_for(&source(Id::ForceLowpass, &[4e-3]))

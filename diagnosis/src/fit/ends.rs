@@ -1,88 +1,89 @@
-//! Starts from rest and stops, as the rows show them: when the force of each passes its middle, and what of it is left then.
+//! Starts from rest and stops, as the rows show them: when the force passes half of its step, and how much is left
+//! after that.
 //!
 //! ```text
 //! g(t) = (F(t) - F_before)/(F_after - F_before)       of one start from rest, or one stop
-//! late   time from where the position leaves its rest, or comes to it, to where g passes 1/2
-//! tail   ∫ (1 - g) dt behind that, of stops, as far as the window goes: the force of a carriage that rests is known
-//! near   the same of the first rows, above those behind them: slow noise has no part in it
+//! late   time from where the position leaves (or reaches) its rest to where g passes 1/2
+//! tail   ∫ (1 - g) dt after that, of stops, to the end of the window: the force of a resting carriage is known
+//! near   the same of the first rows only, above the mean of those behind them: slow noise cancels
 //! ```
 //!
-//! Where the acceleration was measured, the force that a known mass takes is none of F: one that is larger than the
-//! friction would pass the middle elsewhere.
+//! Where the acceleration was measured, F excludes the inertial force of the known mass: where that exceeds the
+//! friction, F would pass its middle at another time.
 
 use simulation::run::Run;
 
 use crate::numbers::statistics::{mean, median, robust_sigma, scatter};
 
-/// Starts, and stops, below which nothing is said.
+/// Fewest starts, and fewest stops, for any conclusion.
 pub(super) const FEWEST: usize = 5;
 
-/// Share of those seen whose force must pass the middle once, and when it does with the others.
+/// Least share of those seen that must be clear: force passing its middle once, at about the same delay as the others.
 const CLEAR: f64 = 0.8;
 
-/// Least window to either side, s and rows.
+/// Least window to either side, in s and in rows.
 const WINDOW_S: f64 = 0.06;
 const WINDOW_ROWS: usize = 12;
 
-/// Rows next to the step that say nothing of the levels beside it.
+/// Rows next to the step that are not used for the levels beside it.
 const BESIDE: usize = 4;
 
-/// A step, of what the force scatters by at rest.
+/// Least step of the force, as a multiple of its scatter at rest.
 const STANDS_OUT: f64 = 15.0;
 
-/// One window in so many is one of rest; way within others, of what it is there.
+/// The quietest window in so many defines rest; the path in a window of rest, as a multiple of that window's.
 const FEW: usize = 50;
 const STILL: f64 = 3.0;
 
-/// Way from rest that is a movement: of what the position scatters by, and at least, m.
+/// Distance from rest that counts as movement: as a multiple of the position's scatter, and at least, m.
 const MOVED: f64 = 5.0;
 const LEAST_M: f64 = 1e-7;
 
-/// The second height of a ramp, of the first, and windows within which it must be reached.
+/// Second threshold of a start, as a multiple of the first, and the number of windows within which it must be reached.
 const FARTHER: f64 = 20.0;
 const RAMP: usize = 10;
 
-/// Rows in which a filter that is fast fades, and those behind them that they are held against.
+/// Rows in which a fast filter fades, and the rows behind them that they are compared with.
 const NEAR: usize = 2;
 const BEHIND: usize = 6;
 
-/// Scatters from the median, and least time, s, beyond which a start or stop is another matter.
+/// Robust standard deviations from the median, and the least time, s, beyond which a start or stop is an outlier.
 const OUTLYING: f64 = 3.0;
 const OUTLYING_S: f64 = 0.01;
 
 /// One start or stop.
 pub(super) struct Edge {
     pub(super) run: usize,
-    /// Time of its run.
+    /// Time within its run.
     pub(super) at_s: f64,
     pub(super) late_s: f64,
     pub(super) tail_s: f64,
     pub(super) near_s: f64,
-    /// Time in which the position goes from the first height to the second.
+    /// Time that the position takes from the first threshold to the second.
     ramp_s: f64,
 }
 
 /// Starts, or stops, of all runs.
 #[derive(Default)]
 pub(super) struct Seen {
-    /// Those whose force passes its middle once, and when it does with the others.
+    /// Those whose force passes its middle once, with about the delay of the others.
     pub(super) clear: Vec<Edge>,
-    /// Number of all.
+    /// Number of all seen.
     number: usize,
 }
 
 impl Seen {
-    /// Whether they are enough to say anything, and nearly all of them clear.
+    /// Whether there are enough of them, and nearly all are clear.
     pub(super) fn say_something(&self) -> bool {
         self.clear.len() >= FEWEST && self.clear.len() as f64 >= CLEAR * self.number as f64
     }
 
-    /// Median time in which the position goes from the first height to the second; `None` without a clear one.
+    /// Median time that the position takes from the first threshold to the second; `None` without a clear one.
     pub(super) fn ramp_s(&self) -> Option<f64> {
         level(&self.clear.iter().map(|edge| edge.ramp_s).collect::<Vec<_>>()).map(|(ramp_s, _)| ramp_s)
     }
 
-    /// Those without outliers.
+    /// Removes outliers.
     fn alike(mut self) -> Self {
         if let Some((middle, scatter)) = level(&self.clear.iter().map(|edge| edge.late_s).collect::<Vec<_>>()) {
             self.clear.retain(|edge| (edge.late_s - middle).abs() <= (OUTLYING * scatter).max(OUTLYING_S));
@@ -100,8 +101,8 @@ pub(crate) struct Ends {
 }
 
 impl Ends {
-    /// `None` without a position. Rows that are `held` back (one entry a row of all runs) have no say. `mass_kg`: what is known
-    /// to be moved.
+    /// `None` without a position. Rows `held` back (one entry per row of all runs) are not used. `mass_kg`: known moved
+    /// mass.
     pub(crate) fn of(runs: &[Run], held: &[bool], mass_kg: f64) -> Option<Self> {
         let (mut starts, mut stops) = (Seen::default(), Seen::default());
         let mut rest_of_held = held;
@@ -133,7 +134,7 @@ impl Ends {
                         starts.number += 1;
                         starts.clear.extend(edge.map(|edge| Edge { run: number, at_s: at_s(rest.end), ..edge }));
                     }
-                    // a stop is a start in time reversed: late there is early here
+                    // a stop is a start in reversed time: late there is early here
                     let back = x.len() - rest.end..x.len() - rest.start;
                     if let Some(edge) = start(&x_back, &f_back, back, step_s) {
                         stops.number += 1;
@@ -148,7 +149,7 @@ impl Ends {
         Some(Ends { starts: starts.alike(), stops: stops.alike(), step_s })
     }
 
-    /// How far a start or stop is looked at to either side, s.
+    /// Time that is examined to either side of a start or stop, s.
     pub(super) fn window_s(&self) -> f64 {
         window(self.step_s) as f64 * self.step_s
     }
@@ -159,7 +160,7 @@ fn window(step_s: f64) -> usize {
     ((WINDOW_S / step_s) as usize).max(WINDOW_ROWS)
 }
 
-/// The force without what the mass takes, where that was measured.
+/// The force less the inertial force, where the acceleration was measured.
 fn friction(run: &Run, mass_kg: f64) -> Vec<f64> {
     match run.acceleration_m_s2.as_ref().filter(|_| mass_kg > 0.0) {
         Some(acceleration) => run.drag_force_n.iter().zip(acceleration).map(|(f, a)| f - mass_kg * a).collect(),
@@ -167,7 +168,7 @@ fn friction(run: &Run, mass_kg: f64) -> Vec<f64> {
     }
 }
 
-/// Rests of a part: rows over which the position moves hardly more than where it moves least.
+/// Rests of a part: rows over which the position moves hardly more than in its quietest windows.
 fn rests(x: &[f64]) -> Vec<std::ops::Range<usize>> {
     if x.len() < 4 * WINDOW_ROWS {
         return Vec::new();
@@ -199,8 +200,8 @@ fn rests(x: &[f64]) -> Vec<std::ops::Range<usize>> {
     rests
 }
 
-/// The start that ends a rest. `None` where none is seen or the force does not step; the inner `None` where it does so
-/// without passing its middle once.
+/// The start that ends a rest. `None` where none is seen or the force does not step; the inner `None` where the force
+/// steps but does not pass its middle exactly once.
 fn start(x: &[f64], f: &[f64], rest: std::ops::Range<usize>, step_s: f64) -> Option<Option<Edge>> {
     let window = window(step_s);
     let inner = rest.start + BESIDE..rest.end - BESIDE;
@@ -209,7 +210,7 @@ fn start(x: &[f64], f: &[f64], rest: std::ops::Range<usize>, step_s: f64) -> Opt
     let middle = (inner.start + inner.end) / 2;
     let ramp_ends = (rest.end + RAMP * window).min(x.len());
     let way = |n: usize| (x[n] - place).abs();
-    // between rows, by a straight line
+    // linear interpolation between rows
     let leaves = |height: f64| {
         let n = (middle..ramp_ends).find(|n| !(way(*n) <= height))?;
         let before = n.checked_sub(1).map_or(0.0, way);
@@ -221,7 +222,7 @@ fn start(x: &[f64], f: &[f64], rest: std::ops::Range<usize>, step_s: f64) -> Opt
     if to >= f.len() || from < rest.start || f[from..to].iter().any(|f| !f.is_finite()) {
         return None;
     }
-    // a force that changes within a rest scatters more than it does at rest
+    // plain scatter, not the robust one: a force that changes within a rest must count as noise
     let (before, noise) = (level(&f[inner.clone()])?.0, scatter(&finite(&f[inner])));
     let (after, _) = level(&f[at + BESIDE..to])?;
     if !((after - before).abs() > STANDS_OUT * noise.max(1e-9)) {
@@ -245,7 +246,7 @@ fn start(x: &[f64], f: &[f64], rest: std::ops::Range<usize>, step_s: f64) -> Opt
     }))
 }
 
-/// Median of the values that are there, and how they scatter around it.
+/// Median and robust scatter of the finite values.
 fn level(values: &[f64]) -> Option<(f64, f64)> {
     let finite = finite(values);
     let middle = median(finite.clone())?;

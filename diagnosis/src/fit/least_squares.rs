@@ -1,4 +1,4 @@
-//! A fit of columns on the bench, what it leaves of one more cause, and the size of that within its bounds.
+//! A fit of columns on the bench, what it leaves of a further cause, and that cause's amplitudes within bounds.
 
 use crate::numbers::linear::{Cholesky, Symmetric};
 
@@ -7,11 +7,11 @@ use crate::numbers::linear::{Cholesky, Symmetric};
 pub(crate) struct Fit {
     pub(crate) active: Vec<usize>,
     pub(crate) values: Vec<f64>,
-    /// Squared mismatch that is left, with the price of moved parameters.
+    /// Squared residual, plus the prior's penalty for moved parameters.
     pub(crate) rss: f64,
     pub(super) factor: Cholesky,
     pub(super) forward: Vec<f64>,
-    /// Numbers of the law that are held at a step.
+    /// Law parameters that are held at a step.
     pub(super) held: Vec<(usize, f64)>,
 }
 
@@ -36,12 +36,12 @@ impl Fit {
 pub(super) struct Left {
     pub(super) products: Symmetric,
     pub(super) with_mismatch: Vec<f64>,
-    /// Every column of it as the fit imitates it.
+    /// The part of every column that the fit imitates, in the factor's coordinates.
     pub(super) imitated: Vec<Vec<f64>>,
 }
 
 impl Left {
-    /// Columns of the fit with their values beside the candidate of these amplitudes.
+    /// Columns of the fit with their values beside a candidate of these amplitudes.
     pub(super) fn beside<'a>(&self, fit: &'a Fit, amplitudes: &[f64]) -> impl Iterator<Item = (usize, f64)> + use<'a> {
         let mut taken = vec![0.0; fit.values.len()];
         for (imitated, amplitude) in self.imitated.iter().zip(amplitudes) {
@@ -52,8 +52,8 @@ impl Left {
     }
 }
 
-/// Least squares within bounds: what pulls the wrong way is left out and what goes too far is held at its end, the worst
-/// first.
+/// Least squares within bounds: amplitudes of the wrong sign are left out and those beyond their bound held there, the
+/// worst first.
 pub(super) fn bounded(left: &Symmetric, right: &[f64], bounds: &[(f64, f64)]) -> (f64, Vec<f64>) {
     let count = right.len();
     let mut free: Vec<usize> = (0..count).filter(|k| left.get(*k, *k) > 0.0).collect();
@@ -63,7 +63,7 @@ pub(super) fn bounded(left: &Symmetric, right: &[f64], bounds: &[(f64, f64)]) ->
             |k: usize| (0..count).filter(|j| !free.contains(j)).map(|j| left.get(k, j) * amplitudes[j]).sum::<f64>();
         let b: Vec<f64> = free.iter().map(|k| right[*k] - held(*k)).collect();
         let x = Cholesky::of(&left.part(&free)).solve(&b);
-        // how far beyond its end, in units of what the evidence resolves
+        // distance beyond the bound, in units of the resolution of the data
         let beyond = |at: usize| {
             let (least, most) = bounds.get(free[at]).copied().unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
             let end = x[at].clamp(least, most);

@@ -1,10 +1,10 @@
-//! What may explain a mismatch as the bench has it, and what has been taken up.
+//! Candidates: what may explain a mismatch, as columns on the bench; members: those taken up.
 
 use crate::fit::least_squares::Fit;
 use crate::fit::source::Source;
 use crate::numbers::linear::Symmetric;
 
-/// Whitened columns of a source, and their cross products with the base as far as they are known.
+/// Whitened columns of a source, and their cross products with the base as far as computed.
 #[derive(Clone, Debug)]
 pub(crate) struct Candidate {
     pub(crate) source: Source,
@@ -15,23 +15,23 @@ pub(crate) struct Candidate {
 }
 
 impl Candidate {
-    /// Numbers that it has.
+    /// Number of parameters: amplitudes and shape.
     pub(crate) fn freedom(&self) -> usize {
         self.columns.len() + self.source.shapes()
     }
 
-    /// Forgets what was known about it and a base.
+    /// Forgets the cross products with the base.
     pub(crate) fn forget(&mut self) {
         self.cross.clear();
     }
 }
 
-/// How much a candidate explains beyond a model.
+/// How much a candidate explains beyond a fit.
 #[derive(Clone, Debug)]
 pub(crate) struct Gain {
-    /// Rise of the logarithm of the likelihood.
+    /// Rise of the log likelihood.
     pub(crate) nats: f64,
-    /// The same, less what its freedom costs.
+    /// The same, less the cost of its freedom.
     pub(crate) score: f64,
     pub(crate) amplitudes: Vec<f64>,
 }
@@ -40,7 +40,7 @@ pub(crate) struct Gain {
 #[derive(Clone, Debug)]
 pub(crate) struct Member {
     pub(crate) candidate: Candidate,
-    /// Its columns in the base.
+    /// Indices of its columns in the base.
     pub(crate) base: Vec<usize>,
 }
 
@@ -51,17 +51,17 @@ impl Member {
     }
 }
 
-/// A member in the place that the others leave it.
+/// A member and the model without it.
 pub(crate) struct Beside {
     pub(crate) others: Vec<Member>,
-    /// Of the law and the others.
+    /// Fit of the law and the others.
     pub(crate) fit: Fit,
-    /// The member's own, prepared for that fit, and what it adds to it.
+    /// The member's candidate, prepared for that fit, and what it adds to it.
     pub(crate) own: Candidate,
     pub(crate) gain: Gain,
 }
 
-/// What acts.
+/// The candidates of the members.
 pub(crate) fn causes(members: &[Member]) -> impl Iterator<Item = &Candidate> {
     members.iter().map(|member| &member.candidate)
 }

@@ -1,13 +1,14 @@
-//! What may explain a mismatch, and how much it does.
+//! Fits: what may explain a mismatch, and how much of it.
 //!
 //! ```text
-//! source         where a column comes from; story: curves without a name, tone: those that hum
-//! ends           starts and stops as the rows show them; edges: how late the force follows them; skew: clocks that drift apart
-//! bend           whether what is to be a bent rail is bent
+//! source         where a column comes from; story: unnamed curves, tone: steady tones
+//! ends           starts and stops as the rows show them; edges: delay of the force there; skew: clocks that drift
+//! apart
+//! bend           whether a profile fitted as a bent rail really bends
 //! bench          the mismatch and all that may explain it, whitened; every fit is algebra on inner products
-//! member         what is on it; told: lengths and loads that the runs tell of
-//! least_squares  such a fit, and the size of one more cause beside it; rest: what is left
-//! pool           all that may act; refine: its shapes; spectrum: wavelengths
+//! member         candidates and members; told: lengths and loads that the runs can show
+//! least_squares  a fit, and the amplitudes of a further cause beside it; rest: power of residuals
+//! pool           all candidates; refine: their shapes; spectrum: wavelengths
 //! ```
 
 pub(crate) mod bench;

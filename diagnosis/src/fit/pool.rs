@@ -1,5 +1,5 @@
-//! Everything that may be taken up: the causes of the library over grids of their shapes, the law's parameters set free,
-//! and curves without a story.
+//! The pool of all candidates: the library's causes over grids of their shapes, the law's parameters set free, and
+//! unnamed curves.
 
 use rayon::prelude::*;
 use simulation::curve::Curve;
@@ -13,37 +13,37 @@ use crate::fit::source::{Source, is_balanced};
 use crate::fit::spectrum::{Left, Waves, is_wave, span, tried};
 use crate::nominal::Nominal;
 
-/// Causes whose every form is looked at.
+/// Number of leading causes of which every form is examined.
 const LEADING: usize = 5;
 
-/// Most points of a grid over shape parameters; of a form whose mechanism is already there, fewer.
+/// Most grid points over shape parameters; fewer for the richer forms of a mechanism that is already in the pool.
 const MOST_POINTS: usize = 150;
 const MOST_POINTS_OF_RICHER: usize = 50;
 
-/// Prior values of the parameters: how far calibration has moved each already, and its tolerance.
+/// Priors of the parameters: how far calibration has already moved each, and its tolerance.
 pub(crate) struct Tolerances<'a> {
     pub(crate) nominal: &'a Nominal,
     pub(crate) moved: &'a [f64],
 }
 
-/// Causes all of whose forms are there from the start, because the minimal one may show nothing where another shows all: a
-/// force that is late by several rows is no slope times a delay, and what a filter makes of a start depends on what the
-/// drive did at rest.
+/// Causes whose forms are all in the pool from the start, because the minimal form may show nothing where another shows
+/// everything: a force late by several rows is not slope times delay, and the effect of a filter on a start depends on
+/// what the drive did at rest.
 const FROM_THE_START: [Id; 2] = [Id::TimeMisalignment, Id::ForceLowpass];
 
-/// Everything that may be taken up, whitened.
+/// All candidates, whitened.
 pub(crate) struct Pool {
     pub(crate) causes: Vec<Candidate>,
     pub(crate) stories: Vec<Candidate>,
     /// Number of different causes.
     pub(crate) kinds: usize,
-    /// Those that are waves along the rail: their wavelengths follow from what a fit leaves.
+    /// Causes that are waves along the rail: their wavelengths follow from the residual of a fit.
     waves: Vec<&'static Definition>,
     /// Stroke over which waves are seen, m.
     pub(crate) span_m: f64,
-    /// What the search for their lengths takes from runs and noise alone, by cause and form.
+    /// The part of the wavelength search that depends on runs and noise only, by cause and form.
     spectra: Vec<(Id, usize, Waves)>,
-    /// Causes all of whose forms are here.
+    /// Causes whose forms are all in the pool.
     whole: Vec<Id>,
 }
 
@@ -57,7 +57,7 @@ impl Pool {
         let mut sources = Vec::new();
         let ends = span(bench);
         let (mut waves, span_m) = (Vec::new(), (ends.1 - ends.0).max(0.0));
-        // what the channel itself shows is no matter of a fit
+        // the channel itself shows saturation: no fit is needed
         for definition in library().iter().filter(|definition| definition.id != Id::ForceSaturation) {
             if definition.forms.first().is_some_and(is_wave) {
                 waves.push(definition);
@@ -99,7 +99,7 @@ impl Pool {
         self
     }
 
-    /// The best of each cause beyond a fit, best first; of the leading ones in whichever form does best.
+    /// The best candidate of each cause beyond a fit, best first; for the leading causes over all their forms.
     pub(crate) fn ranked_causes(
         &mut self,
         bench: &Bench<'_>,
@@ -126,7 +126,7 @@ impl Pool {
         ranked(bench, &mut self.causes, fit, tolerances)
     }
 
-    /// The best of a cause in any of its forms.
+    /// The best candidate of a cause in any of its forms.
     pub(crate) fn best_of(&mut self, bench: &Bench<'_>, source: &Source, fit: &Fit) -> Option<(Candidate, Gain)> {
         let Source::Mechanism { definition, .. } = source else { return None };
         if !self.whole.contains(&definition.id) {
@@ -145,7 +145,7 @@ impl Pool {
         best.map(|(candidate, _)| refine(bench, candidate, fit))
     }
 
-    /// The best of every other form of a cause, of those that were ranked beyond a fit.
+    /// The best candidate of every other form of a cause, among those ranked beyond a fit.
     pub(crate) fn other_forms(&self, bench: &Bench<'_>, source: &Source, fit: &Fit) -> Vec<usize> {
         let Source::Mechanism { definition, form: known, .. } = source else { return Vec::new() };
         let of_form = |form: usize| {
@@ -159,7 +159,7 @@ impl Pool {
         (0..definition.forms.len()).filter(|form| form != known).filter_map(of_form).collect()
     }
 
-    /// The minimal form of a cause, where it adds most to a fit.
+    /// The best candidate of a cause in its minimal form beyond a fit.
     pub(crate) fn minimal(&mut self, bench: &Bench<'_>, source: &Source, fit: &Fit) -> Option<(&Candidate, Gain)> {
         let own = self.causes.iter_mut().filter(|c| c.source.is_minimal() && c.source.is_kin(source));
         own.map(|candidate| {
@@ -170,9 +170,9 @@ impl Pool {
         .max_by(|a, b| a.1.score.total_cmp(&b.1.score))
     }
 
-    /// Adds the forms of a cause that a first look leaves out. What a form shares with the one of `source` is where it is there;
-    /// but where a bump fits best there need be no step, so forms that have nothing but a place are looked for everywhere, and what others share
-    /// with the best of them is where it is there.
+    /// Adds the forms of a cause that a first look omits, at the shape parameters that they share with `source`. But
+    /// where a bump fits best there need be no step: forms whose only parameter is a place are tried everywhere, and
+    /// the others then share the place of the best of those.
     fn complete(&mut self, bench: &Bench<'_>, fit: &Fit, left: &Left, source: &Source) {
         let Source::Mechanism { definition, form: known, shape: known_shape } = source else { return };
         if self.whole.contains(&definition.id) {
@@ -204,7 +204,7 @@ impl Pool {
         self.add_richer(bench, definition, &shared);
     }
 
-    /// The richer forms of a cause that have nothing but a place, all over the stroke.
+    /// The richer forms of a cause whose only parameter is a place, all over the stroke.
     fn somewhere(&self, bench: &Bench<'_>, definition: &'static Definition) -> Vec<Candidate> {
         let ends = span(bench);
         let forms = (1..definition.forms.len()).filter(|form| has_only_a_place(&definition.forms[*form]));
@@ -214,7 +214,7 @@ impl Pool {
         bench.candidates(forms.flat_map(everywhere))
     }
 
-    /// Adds the richer forms of a cause over grids of their shapes, but for waves and what [`Self::somewhere`] has.
+    /// Adds the richer forms of a cause over grids of their shapes, except waves and those of [`Self::somewhere`].
     fn add_richer(&mut self, bench: &Bench<'_>, definition: &'static Definition, known: &dyn Fn(&str) -> Option<f64>) {
         for (form, what) in definition.forms.iter().enumerate().skip(1) {
             let is_of_stroke = what.shape.iter().any(|parameter| parameter.search == Search::StrokeStart);
@@ -232,8 +232,8 @@ impl Pool {
         }
     }
 
-    /// Adds the wavelengths that what is left points to, in every form of these causes that is a wave. A sensor may imitate
-    /// those of the causes before it.
+    /// Adds the wavelengths that the residual points to, in every wave form of these causes. A sensor may imitate the
+    /// wavelengths of the causes before it.
     fn tune(&mut self, bench: &Bench<'_>, left: &Left, definitions: &[&'static Definition]) {
         let lengths = self.lengths(bench, left, definitions);
         let mut seen = Vec::new();
@@ -245,7 +245,7 @@ impl Pool {
             let peaks = if definition.kind == Kind::Sensor { seen.clone() } else { own };
             for form in wave_forms(definition) {
                 for peak in &peaks {
-                    // what repeats after a wave may be the second order of one twice as long
+                    // a repeating residual may be the second order of a wave twice as long
                     let lengths = if form > 0 { vec![*peak, 2.0 * peak] } else { vec![*peak] };
                     let is_possible = |length: &f64| is_within(&definition.forms[form].shape[0], *length);
                     for length in lengths.into_iter().filter(is_possible) {
@@ -267,7 +267,7 @@ impl Pool {
         self.causes.extend(bench.candidates(sources));
     }
 
-    /// Wavelengths that what is left points to, form by form of these causes.
+    /// Wavelengths that the residual points to, form by form of these causes.
     fn lengths(&mut self, bench: &Bench<'_>, left: &Left, definitions: &[&'static Definition]) -> Vec<(Id, Vec<f64>)> {
         let forms =
             definitions.iter().flat_map(|definition| wave_forms(definition).map(move |form| (*definition, form)));
@@ -283,7 +283,7 @@ impl Pool {
         self.spectra.par_iter().filter(asked).map(|(id, _, waves)| (*id, left.peaks(bench, waves))).collect()
     }
 
-    /// Numbers that were tried for a cause.
+    /// Number of grid points tried for a cause.
     pub(crate) fn points_of(&self, source: &Source) -> usize {
         match source {
             Source::Mechanism { definition, form, .. } if is_wave(&definition.forms[*form]) => {
@@ -317,7 +317,7 @@ pub(crate) fn grid(form: &Form, most: usize, stroke: (f64, f64)) -> Vec<Vec<f64>
     grid_around(form, most, stroke, &|_| None)
 }
 
-/// The same with the values that are `known`.
+/// The same, with the `known` values fixed.
 fn grid_around(form: &Form, most: usize, stroke: (f64, f64), known: &dyn Fn(&str) -> Option<f64>) -> Vec<Vec<f64>> {
     let mut points: Vec<Vec<f64>> = vec![Vec::new()];
     for parameter in form.shape {
@@ -347,7 +347,7 @@ fn grid_around(form: &Form, most: usize, stroke: (f64, f64), known: &dyn Fn(&str
     points
 }
 
-/// Places of a stroke, multiples of the step of their grid: `most` of them, and one beyond either end.
+/// Places of a stroke, multiples of their grid's step: about `most` of them, and one beyond either end.
 fn places(parameter: &ShapeParameter, stroke: (f64, f64), most: usize) -> Vec<f64> {
     let step = (parameter.to - parameter.from) / (parameter.grid - 1) as f64;
     let every = ((stroke.1 - stroke.0) / step / most as f64).ceil().max(1.0) * step;
@@ -359,7 +359,7 @@ fn is_within(parameter: &ShapeParameter, value: f64) -> bool {
     (parameter.from..=parameter.to).contains(&value)
 }
 
-/// The best of each candidate's kind beyond a fit, best first.
+/// The best candidate of each cause beyond a fit, best first.
 pub(crate) fn ranked(
     bench: &Bench<'_>,
     pool: &mut [Candidate],
@@ -383,7 +383,7 @@ pub(crate) fn ranked(
     best
 }
 
-/// A shift within three standard deviations is no finding.
+/// Whether a shift exceeds three standard deviations of its tolerance; within them it is no finding.
 fn is_beyond_tolerance(source: &Source, gain: &Gain, tolerances: &Tolerances<'_>) -> bool {
     match source {
         Source::Shift { parameter } => {

@@ -1,4 +1,4 @@
-//! The shape of a cause, made finer than the grid on which it was first looked at.
+//! Refinement of a cause's shape beyond its first grid.
 
 use rayon::prelude::*;
 use simulation::mechanism::{Search, ShapeParameter};
@@ -9,7 +9,7 @@ use crate::fit::member::{Candidate, Gain};
 use crate::fit::source::Source;
 use crate::fit::spectrum::span;
 
-/// Makes the shape finer by halving steps around where it is.
+/// Refines the shape by halving steps around its present value.
 pub(crate) fn refine(bench: &Bench<'_>, candidate: &Candidate, fit: &Fit) -> (Candidate, Gain) {
     let mut best = candidate.clone();
     bench.prepare(&mut best, &fit.active);
@@ -48,7 +48,7 @@ pub(crate) fn refine(bench: &Bench<'_>, candidate: &Candidate, fit: &Fit) -> (Ca
     (best, gain)
 }
 
-/// Several, on all processors, in the same order.
+/// Refines several, on all processors, in the same order.
 pub(crate) fn refine_all<'c>(
     bench: &Bench<'_>,
     candidates: impl IntoIterator<Item = &'c Candidate>,
@@ -62,8 +62,8 @@ fn is_searched(parameter: &ShapeParameter) -> bool {
     !matches!(parameter.search, Search::StrokeStart | Search::StrokeEnd)
 }
 
-/// First step of a refinement, as a share of the range: half a step of the grid; for a wave what turns its phase by an
-/// eighth over the stroke.
+/// First step of a refinement, as a share of the range: half a step of the grid; for a wave, the change that turns its
+/// phase by an eighth of a period over the stroke.
 fn first_step(parameter: &ShapeParameter, value: f64, bench: &Bench<'_>) -> f64 {
     if parameter.search == Search::Wave {
         let (start, end) = span(bench);

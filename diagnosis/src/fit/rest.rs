@@ -1,4 +1,4 @@
-//! Power of what fits leave, and of what causes add.
+//! Power of residuals, and of what causes add.
 
 use crate::fit::bench::Bench;
 use crate::fit::least_squares::Fit;
@@ -19,13 +19,13 @@ pub(crate) fn whiteness(bench: &Bench<'_>, fit: &Fit) -> f64 {
     fit.rss / bench.rows.len().max(1) as f64
 }
 
-/// Shares of the causes: what each adds to the force that all explain together beyond the law's parameters.
+/// Shares of the causes: how much each adds to the force that all explain together beyond the law's parameters.
 pub(crate) fn shares(rows: &Rows, tangent: &[Vec<f64>], forces: &[Vec<f64>], explained: f64) -> Vec<f64> {
     let plain: Vec<Vec<f64>> = forces.iter().map(|force| beyond(rows, tangent, force)).collect();
     among(&plain.iter().map(Vec::as_slice).collect::<Vec<_>>()).iter().map(|share| explained * share).collect()
 }
 
-/// Shares of forces in their sum, 1 together; none is negative.
+/// Shares of forces in their sum, adding up to 1; none is negative.
 pub(crate) fn among(forces: &[&[f64]]) -> Vec<f64> {
     let rows = forces.first().map_or(0, |force| force.len());
     let sum: Vec<f64> = (0..rows).map(|n| forces.iter().map(|force| force[n]).sum()).collect();
@@ -34,7 +34,7 @@ pub(crate) fn among(forces: &[&[f64]]) -> Vec<f64> {
     parts.iter().map(|part| if total > 0.0 { part / total } else { 0.0 }).collect()
 }
 
-/// Compared rows of a force, without what the law's parameters imitate.
+/// Compared rows of a force, less what the law's parameters imitate.
 pub(crate) fn beyond(rows: &Rows, tangent: &[Vec<f64>], force: &[f64]) -> Vec<f64> {
     let mut plain = rows.plain(force);
     let columns: Vec<Vec<f64>> = tangent.iter().map(|column| rows.plain(column)).collect();

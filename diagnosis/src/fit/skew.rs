@@ -1,23 +1,23 @@
-//! Clocks of force and position that drift apart: starts and stops, each for itself, come later and later.
+//! Clock skew of force and position: starts and stops, each on their own, come later and later.
 
 use crate::fit::ends::{Edge, Ends, FEWEST};
 use crate::numbers::statistics::mean;
 
-/// Standard errors by which starts and stops may differ in their drift.
+/// Standard errors by which the drifts of starts and of stops may differ.
 const AGREE: f64 = 3.0;
 
 /// Standard errors from which there is a drift.
 const TOLD: f64 = 5.0;
 
-/// Least time by which the clocks must have drifted apart, s; a row where that is longer.
+/// Least time by which the clocks must have drifted apart, s; one row where that is longer.
 const LEAST_S: f64 = 1e-3;
 
-/// By how much starts, or stops, come later and later.
+/// Drift of the delay of starts, or of stops.
 struct Drift {
     /// s/s.
     rate: f64,
     error: f64,
-    /// Longest time between two of a run, s.
+    /// Longest time between two of the same run, s.
     seen_s: f64,
 }
 
@@ -46,20 +46,20 @@ impl Drift {
     }
 }
 
-/// How fast the clocks of force and position drift apart. Where rows fall, a start and the stop behind it share: both
-/// together are no surer than either.
+/// Clock skew of force and position. A start and the stop behind it share the error of where rows fall, so both
+/// together are no more certain than either.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Skew {
-    /// By how much the force falls behind, s/s.
+    /// How fast the force falls behind, s/s.
     rate: f64,
     error: f64,
-    /// Time within which it was seen, s.
+    /// Time over which it was seen, s.
     seen_s: f64,
 }
 
 impl Skew {
-    /// `None` where there is no drift of a row and more, or starts and stops tell another one each: then the force itself
-    /// comes later or sooner after a start.
+    /// `None` where the drift is less than a row, or starts and stops disagree: then the force itself comes later or
+    /// sooner after a start.
     pub(crate) fn of(ends: &Ends) -> Option<Self> {
         let (starts, stops) = (Drift::of(&ends.starts.clear)?, Drift::of(&ends.stops.clear)?);
         let (rate, error) = (0.5 * (starts.rate + stops.rate), 0.5 * (starts.error + stops.error));

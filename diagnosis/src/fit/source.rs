@@ -1,12 +1,11 @@
-//! Where a column comes from: a form of a mechanism at values of its shape, a parameter of the law, or a curve without a
-//! story.
+//! Sources of columns: a form of a mechanism at values of its shape, a parameter of the law, or an unnamed curve.
 
 use simulation::curve::{AddedCurve, Axis, Curve};
 use simulation::mechanism::{Added, Context, Definition, Form, Id, Sign};
 
 use crate::fit::story;
 
-/// Amplitudes from which a cause is a table.
+/// Number of amplitudes from which a cause counts as a table.
 const TABLE: usize = 12;
 
 /// Where a set of columns comes from.
@@ -16,7 +15,7 @@ pub(crate) enum Source {
     Mechanism { definition: &'static Definition, form: usize, shape: Vec<f64> },
     /// A parameter of the law, free of its tolerance.
     Shift { parameter: usize },
-    /// A curve without a story.
+    /// An unnamed curve.
     Story { curve: Curve },
 }
 
@@ -31,7 +30,7 @@ impl Source {
         }
     }
 
-    /// Whether two are one cause in the same form and with the same shape.
+    /// Whether both are one cause in the same form and with the same shape.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         let shape_of = |source: &Self| match source {
             Source::Mechanism { form, shape, .. } => Some((*form, shape.clone())),
@@ -45,7 +44,8 @@ impl Source {
         matches!(self, Source::Mechanism { definition, .. } if definition.id == id)
     }
 
-    /// Whether it is a chain whose mean pull has been given to another: any other of its forms would take that back.
+    /// Whether it is a cable chain whose mean pull was given to another cause: any of its other forms would take that
+    /// back.
     pub(crate) fn is_balanced(&self) -> bool {
         matches!(self, Source::Mechanism { definition, form, .. } if is_balanced(&definition.forms[*form]))
     }
@@ -54,12 +54,12 @@ impl Source {
         matches!(self, Source::Story { .. })
     }
 
-    /// Whether it is a number of the law that is off.
+    /// Whether it is a law parameter that is off.
     pub(crate) fn is_shift(&self) -> bool {
         matches!(self, Source::Shift { .. })
     }
 
-    /// Whether it is this number of the law.
+    /// Whether it is this law parameter.
     pub(crate) fn is_shift_of(&self, number: usize) -> bool {
         matches!(self, Source::Shift { parameter } if *parameter == number)
     }
@@ -82,7 +82,7 @@ impl Source {
         }
     }
 
-    /// Whether it is tied to places.
+    /// Whether it is tied to places along the rail.
     pub(crate) fn is_phase_bound(&self) -> bool {
         match self {
             Source::Mechanism { definition, form, .. } => definition.forms[*form].phase_bound,
@@ -96,7 +96,7 @@ impl Source {
         matches!(self, Source::Mechanism { form: 0, .. })
     }
 
-    /// Number of amplitudes that a form has; none of the law's own, and of a curve, which has its knots.
+    /// Number of amplitudes of a form; 0 for a shift, and for a curve, which has knots instead.
     pub(crate) fn amplitudes(&self) -> usize {
         match self {
             Source::Mechanism { definition, form, .. } => definition.forms[*form].amplitudes.len(),
@@ -104,7 +104,7 @@ impl Source {
         }
     }
 
-    /// Whether it is a table: it has a number wherever it acts, and follows whatever there is.
+    /// Whether it is a table: with an entry wherever it acts it follows anything.
     pub(crate) fn is_table(&self) -> bool {
         self.amplitudes() >= TABLE
     }
@@ -134,13 +134,13 @@ impl Source {
     }
 }
 
-/// Whether a form is one of a cable chain that pulls nothing on the average of the stroke. It takes the place of a form that does,
-/// with an offset beside it, and is not searched for by itself: beside an offset it would seem the simpler chain.
+/// Whether a form is a cable chain without mean pull over the stroke. It replaces a chain with one, together with an
+/// offset, and is not searched for on its own: beside an offset it would seem the simpler chain.
 pub(crate) fn is_balanced(form: &Form) -> bool {
     matches!(form.name, "balanced" | "balanced-rolling")
 }
 
-/// Columns of a mechanism or a curve over the rows of these runs, laid end to end.
+/// Columns of a mechanism or a curve over the rows of these runs, concatenated.
 pub(crate) fn raw_columns(source: &Source, contexts: &[Context<'_>]) -> Option<Vec<Vec<f64>>> {
     let count = match source {
         Source::Mechanism { definition, form, .. } => definition.forms[*form].amplitudes.len(),
@@ -162,7 +162,7 @@ pub(crate) fn raw_columns(source: &Source, contexts: &[Context<'_>]) -> Option<V
             match own.next() {
                 Some(mut own) if own.len() == rows => {
                     own.iter_mut().filter(|x| !x.is_finite()).for_each(|x| *x = 0.0);
-                    // the first run's is not copied
+                    // the first run's column is moved, not copied
                     if column.is_empty() { *column = own } else { column.append(&mut own) }
                 }
                 _ => column.resize(column.len() + rows, 0.0),
@@ -178,7 +178,7 @@ pub(crate) fn weighted(columns: &[Vec<f64>], amplitudes: &[f64]) -> Vec<f64> {
     (0..rows).map(|n| columns.iter().zip(amplitudes).map(|(column, x)| column[n] * x).sum()).collect()
 }
 
-/// A cause with a name as an entry of an augmented simulation.
+/// A named cause as an entry of an augmented simulation.
 pub(crate) fn added(source: &Source, amplitudes: &[f64]) -> Option<Added> {
     match source {
         Source::Mechanism { definition, form, shape } => {
@@ -188,7 +188,7 @@ pub(crate) fn added(source: &Source, amplitudes: &[f64]) -> Option<Added> {
     }
 }
 
-/// What has no name as entries of an augmented simulation.
+/// An unnamed curve as entries of an augmented simulation.
 pub(crate) fn added_curves(source: &Source, amplitudes: &[f64]) -> Vec<AddedCurve> {
     match source {
         Source::Story { curve } => story::added(curve, amplitudes),

@@ -1,15 +1,15 @@
-//! Wavelengths along the rail at which a rest repeats.
+//! Spectrum over place: wavelengths along the rail at which the residual repeats.
 //!
-//! A wave `g(t)·e^{ikx(t)}` with the carrier `g` lowers the squared rest `r` by
+//! A wave `g(t)·e^{ikx(t)}` with the carrier `g` lowers the squared residual `r` by
 //!
 //! ```text
 //! |Σ r̃ g e^{-ikx}|² · 2/(Σ g² |H(kv/2π)|²)
 //! ```
 //!
-//! `r̃` is the rest sent backwards through the noise filter, so that no wave needs to go forwards through it, and `H` the
-//! filter's response at the frequency that the wave has at the speed `v` of the row. The sum over rows is a Fourier
-//! transform once rows are gathered by their place: one transform tells every wavelength. It is a first look; what it
-//! points to is then fitted as every other cause.
+//! `r̃` is the residual filtered backwards through the noise filter, so that no wave needs to be filtered forwards, and
+//! `H` is the filter's response at the frequency that the wave has at the row's speed `v`. With rows gathered by place,
+//! the sum becomes a Fourier transform: one transform examines every wavelength. It is a first look; the waves it
+//! points to are then fitted like every other cause.
 
 use std::sync::Arc;
 
@@ -22,29 +22,29 @@ use crate::fit::least_squares::Fit;
 use crate::fit::source::Source;
 use crate::numbers::peaks::peaks;
 
-/// Most places that rows are gathered in; a million would tell waves of micrometres along a metre.
+/// Most bins of place; a million would resolve waves of micrometres along a metre.
 const MOST_BINS: usize = 1 << 18;
 
-/// Places per wave: fewer blur it.
+/// Bins per wave: fewer blur it.
 const PER_WAVE: f64 = 6.0;
 
-/// The transform is taken over this many times the stroke, so that a peak does not fall between two of its numbers.
+/// Zero padding of the transform, as a multiple of the stroke, so that a peak does not fall between two bins.
 const PADDED: f64 = 4.0;
 
-/// Speeds of which the response of the noise filter is taken: the slowest, m/s, how many an octave, and how many.
+/// Grid of speeds for the noise filter's response: the slowest, m/s, how many per octave, and how many in all.
 const SLOWEST: f64 = 1e-4;
 const PER_OCTAVE: f64 = 2.0;
 const SPEEDS: usize = 30;
 
-/// Peaks that are pointed out.
+/// Most peaks pointed out.
 const PEAKS: usize = 2;
 
-/// Whether a form is a wave along the rail and has no other shape.
+/// Whether a form is a wave along the rail without other shape parameters.
 pub(crate) fn is_wave(form: &Form) -> bool {
     form.shape.len() == 1 && form.shape[0].search == Search::Wave
 }
 
-/// Length of a cause that is a wave, m; `None` of another.
+/// Wavelength of a cause that is a wave, m; `None` for others.
 pub(crate) fn wavelength_m(source: &Source) -> Option<f64> {
     match source {
         Source::Mechanism { definition, form, shape } if is_wave(&definition.forms[*form]) => shape.first().copied(),
@@ -52,7 +52,7 @@ pub(crate) fn wavelength_m(source: &Source) -> Option<f64> {
     }
 }
 
-/// Both ends of the stroke that is compared, m; the first one lies beyond the second where there is none.
+/// Both ends of the compared stroke, m; the first lies beyond the second where there is none.
 pub(crate) fn span(bench: &Bench<'_>) -> (f64, f64) {
     let mut compared = bench.compared.iter();
     let mut ends = (f64::INFINITY, f64::NEG_INFINITY);
@@ -66,24 +66,24 @@ pub(crate) fn span(bench: &Bench<'_>) -> (f64, f64) {
     ends
 }
 
-/// Wavelengths within a form's range that differ: what a search among them has tried.
+/// Number of independent wavelengths within a form's range: the trials of a search among them.
 pub(crate) fn tried(form: &Form, span_m: f64) -> usize {
     let parameter = &form.shape[0];
     (2.0 * span_m * (1.0 / parameter.from - 1.0 / parameter.to)).clamp(1.0, 1e6) as usize
 }
 
-/// What a fit leaves, ready for a transform.
+/// Residual of a fit, prepared for transforms.
 pub(crate) struct Left {
-    /// Backwards through the noise filter, one entry a row of all runs.
+    /// Residual filtered backwards through the noise filter; one entry per row of all runs.
     rest: Vec<f64>,
     /// Squared weight of every row.
     power: Vec<f64>,
-    /// Squared response of the noise filter, over the root of the frequency.
+    /// Squared response of the noise filter on a grid of the square root of frequency.
     response: Vec<f64>,
     ends_m: (f64, f64),
 }
 
-/// Entries of the response, from rest to half the sampling rate.
+/// Entries of the response, from frequency 0 to half the sampling rate.
 const RESPONSES: usize = 256;
 
 impl Left {
@@ -97,14 +97,14 @@ impl Left {
         }
     }
 
-    /// At a frequency of the sampling rate; those above half of it are seen as those below.
+    /// Squared response at a frequency, as a fraction of the sampling rate; frequencies above half of it are aliased.
     fn response(&self, frequency: f64) -> f64 {
         let seen = (frequency - frequency.round()).abs();
         let at = ((2.0 * seen).sqrt() * (RESPONSES - 1) as f64) as usize;
         self.response[at.min(RESPONSES - 1)]
     }
 
-    /// Wavelengths at which waves explain most of what is left, the best first.
+    /// Wavelengths at which waves explain most of the residual, the best first.
     pub(crate) fn peaks(&self, bench: &Bench<'_>, waves: &Waves) -> Vec<f64> {
         let mut gains = vec![0.0; waves.last.saturating_sub(waves.first)];
         for carrier in &waves.carriers {
@@ -117,7 +117,7 @@ impl Left {
         found.into_iter().map(|k| waves.length(waves.first + k)).collect()
     }
 
-    /// Transform of the rest times the carrier over the place.
+    /// Transform of residual times carrier over place.
     fn gathered(&self, bench: &Bench<'_>, carrier: &Carrier, waves: &Waves) -> Vec<Complex<f64>> {
         let mut sums = vec![Complex::new(0.0, 0.0); waves.bins];
         let per_m = waves.bins as f64 / waves.padded_m;
@@ -131,34 +131,34 @@ impl Left {
     }
 }
 
-/// Squared rise that a peak must promise to be pointed out: half of what the cheapest wave costs.
+/// Squared residual that a peak must promise to remove: half of what the cheapest wave costs.
 const LEAST_GAIN: f64 = 16.0;
 
-/// Waves of a form: what does not depend on the rest that they are to explain.
+/// Waves of a form: what does not depend on the residual to be explained.
 pub(crate) struct Waves {
     carriers: Vec<Carrier>,
     bins: usize,
-    /// Over that many places.
+    /// Transform over that many bins.
     transform: Arc<dyn Fft<f64>>,
-    /// Length that the transform is taken over, m.
+    /// Padded length of the transform, m.
     padded_m: f64,
-    /// Waves along that length, the least and one beyond the most.
+    /// Number of waves along that length: the least, and one beyond the most.
     first: usize,
     last: usize,
     /// Shortest and longest wave, m.
     range_m: (f64, f64),
 }
 
-/// What is multiplied by a wave.
+/// Factor of a wave that is not periodic.
 struct Carrier {
-    /// One entry a row of all runs.
+    /// One entry per row of all runs.
     column: Vec<f64>,
-    /// Half the squared size that a wave of 1 has behind the noise filter, by number of waves from `first` on.
+    /// Half the squared size of a unit wave behind the noise filter, by number of waves from `first` on.
     sizes: Vec<f64>,
 }
 
 impl Waves {
-    /// Those of a form; without carriers where the stroke is too short for them.
+    /// Waves of a form; without carriers where the stroke is too short.
     pub(crate) fn of(bench: &Bench<'_>, left: &Left, definition: &'static Definition, form: usize) -> Self {
         let shape = &definition.forms[form].shape[0];
         let span = left.ends_m.1 - left.ends_m.0;
@@ -178,7 +178,7 @@ impl Waves {
             waves.last = waves.first;
             return waves;
         }
-        // a wave without end: its cosine is the carrier
+        // a wave of infinite length: its cosine is the carrier
         let endless = Source::Mechanism { definition, form, shape: vec![1e12] };
         // orders of one wave share its carrier
         let mut columns: Vec<Vec<f64>> =
@@ -206,7 +206,7 @@ impl Waves {
 }
 
 impl Left {
-    /// Power of a carrier at every speed, m/s.
+    /// Power of a carrier by speed, m/s.
     fn powers(&self, bench: &Bench<'_>, carrier: &[f64]) -> Vec<(f64, f64)> {
         let mut powers: Vec<(f64, f64)> =
             (0..SPEEDS).map(|n| (SLOWEST * ((n as f64 + 0.5) / PER_OCTAVE).exp2(), 0.0)).collect();

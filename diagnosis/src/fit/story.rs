@@ -1,14 +1,14 @@
-//! Curves without a story: what the mismatch looks like along each axis, whatever causes it.
+//! Unnamed curves: what the mismatch looks like along each axis, whatever its cause.
 //!
 //! A curve is piecewise linear in the axis' value and multiplies one of three carriers: 1 (the same in both
 //! directions), the direction of motion, the law's drag. Curves locate a mismatch, compete with the library (what only
-//! a curve explains has no name here) and stand in for the unknown in the augmented simulation. Here is which curves are
-//! tried, and what of them is free in a fit: a column for each height.
+//! a curve explains has no name here) and stand in for the unknown in the augmented simulation. This module states
+//! which curves are tried, and what of them is free in a fit: one column per height.
 
 use simulation::curve::{AddedCurve, Axis, Carrier, Curve};
 use simulation::mechanism::Context;
 
-/// Axes along which curves are tried: those of the contract that a curve can lie along.
+/// Axes along which curves are tried: those of the contract along which a curve can lie.
 const ALONG: [Axis; 12] = [
     Axis::Direction,
     Axis::Velocity,
@@ -24,13 +24,13 @@ const ALONG: [Axis; 12] = [
     Axis::Dwell,
 ];
 
-/// Rows since a turn at which its curve has knots.
+/// Knots of the curve over the time since a turn, in rows.
 const SINCE_TURN: [f64; 10] = [0.0, 1.0, 2.0, 3.0, 5.0, 8.0, 13.0, 21.0, 34.0, 55.0];
 
-/// Knots of a curve that repeats.
+/// Knots of a periodic curve.
 pub(crate) const CLOCK_KNOTS: usize = 12;
 
-/// Every curve that these runs can show. `compared`: rows of all runs, laid end to end.
+/// Every curve that these runs can show. `compared`: rows of all runs, concatenated.
 pub(crate) fn all(contexts: &[Context<'_>], compared: &[bool]) -> Vec<Curve> {
     let mut curves = Vec::new();
     for axis in ALONG {
@@ -67,20 +67,20 @@ pub(crate) fn all(contexts: &[Context<'_>], compared: &[bool]) -> Vec<Curve> {
     curves
 }
 
-/// What follows every turn for some rows: it keeps what a channel makes of a turn out of the noise. `None` where the runs
-/// do not all have rows of a time.
+/// Curve over the first rows after every turn: it keeps a channel's response to turns out of the noise. `None` where
+/// the runs have no sampling period.
 pub(crate) fn since_turn(contexts: &[Context<'_>]) -> Option<Curve> {
     let step_s = contexts.iter().map(|context| context.run.step_s()).fold(0.0, f64::max);
     let knots = SINCE_TURN.iter().map(|rows| rows * step_s).collect();
     (step_s > 0.0).then_some(Curve { axis: Axis::SinceTurn, carrier: Carrier::Drag, knots })
 }
 
-/// The curve that repeats after a period, s. Found by spectrum, hence not among [`all`].
+/// The curve of a period, s. Periods are found by spectrum, hence it is not among [`all`].
 pub(crate) fn clock(period_s: f64, carrier: Carrier) -> Curve {
     repeating(period_s, CLOCK_KNOTS, carrier)
 }
 
-/// The same of the force itself where a period has so many rows: there are no more knots.
+/// A periodic curve of the force itself for a period of `rows` rows, which limits its knots.
 pub(crate) fn tone(period_s: f64, rows: usize) -> Curve {
     repeating(period_s, rows.clamp(6, CLOCK_KNOTS), Carrier::Even)
 }
@@ -90,7 +90,7 @@ fn repeating(period_s: f64, count: usize, carrier: Carrier) -> Curve {
     Curve { axis: Axis::Clock, carrier, knots }
 }
 
-/// Knots along an axis that these values are spread over.
+/// Knots along an axis, from the distribution of these values.
 fn knots(axis: Axis, values: &[f64]) -> Vec<f64> {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
     sorted.sort_unstable_by(f64::total_cmp);
@@ -124,8 +124,8 @@ fn knots(axis: Axis, values: &[f64]) -> Vec<f64> {
     }
 }
 
-/// One column a height that is free, over the rows of one run; zeros where the run does not show the axis. Of the direction
-/// they are 1 and the drag.
+/// One column per free height, over the rows of one run; zeros where the run does not show the axis. For the axis of
+/// direction the columns are 1 and the drag.
 pub(crate) fn columns(curve: &Curve, context: &Context<'_>) -> Vec<Vec<f64>> {
     let rows = context.run.len();
     if curve.axis == Axis::Direction {
@@ -156,7 +156,7 @@ pub(crate) fn count(curve: &Curve) -> usize {
     }
 }
 
-/// Takes the curve with these amplitudes, one a column, from a force over the rows of one run.
+/// Subtracts the curve with these amplitudes, one per column, from a force over the rows of one run.
 pub(crate) fn take_from(curve: &Curve, context: &Context<'_>, amplitudes: &[f64], force: &mut [f64]) {
     if let (Axis::Direction, [even, drag]) = (curve.axis, amplitudes) {
         for (force, own) in force.iter_mut().zip(&context.steady.drag_n) {
@@ -168,10 +168,10 @@ pub(crate) fn take_from(curve: &Curve, context: &Context<'_>, amplitudes: &[f64]
     curve.each(context, |row, low, [below, above]| force[row] -= below * heights[low] + above * heights[low + 1]);
 }
 
-/// The curve with these amplitudes, one a column, as entries of a simulation file.
+/// The curve with these amplitudes, one per column, as entries of a simulation file.
 ///
-/// Along the direction the even column is a height that is the same at both ends, and the drag, which has no sign, one that
-/// changes its sign with the direction.
+/// Along the direction the even column has the same height at both ends; the drag, which is unsigned, has heights of
+/// opposite sign.
 pub(crate) fn added(curve: &Curve, amplitudes: &[f64]) -> Vec<AddedCurve> {
     if let (Axis::Direction, [even, drag]) = (curve.axis, amplitudes) {
         let of = |carrier, heights: [f64; 2]| AddedCurve {
@@ -195,7 +195,7 @@ fn heights(curve: &Curve, amplitudes: &[f64]) -> Vec<f64> {
     heights
 }
 
-/// Far from a reversal, and without a rest before, there is nothing left of either.
+/// Index of the knot fixed at 0: far from a reversal, or without a preceding rest, no effect of either is left.
 fn idle_knot(curve: &Curve) -> Option<usize> {
     match curve.axis {
         Axis::ReversalDistance | Axis::SinceTurn => Some(curve.knots.len() - 1),
@@ -214,7 +214,7 @@ mod tests {
 
     const GUIDE: &str = "schema = \"guideblock.simulation/1\"\n[guide]\n[lubricant]\nviscosity_cst = 100.0\n";
 
-    /// To and fro with rests, at speeds that change, with everything measured.
+    /// To and fro with rests, at varying speeds, with everything measured.
     fn run() -> Run {
         let time_s: Vec<f64> = (0..12_000).map(|n| 3.0 + 0.01 * f64::from(n)).collect();
         let column = |of: fn(f64) -> f64| Some(time_s.iter().map(|t| of(*t)).collect::<Vec<f64>>());

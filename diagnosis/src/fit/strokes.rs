@@ -1,30 +1,30 @@
-//! Strokes to and fro with rests between, for the tests of what starts and stops tell.
+//! Strokes to and fro with rests between: test data for starts and stops.
 
 use simulation::run::{Break, Part, Run};
 use simulation::sensor::Noise;
 
 use crate::fit::ends::Ends;
 
-/// What is moved, where an acceleration was measured.
+/// Moved mass, where an acceleration was measured.
 const MASS_KG: f64 = 20.0;
 
-/// Time of a stroke and the rest before it, s.
+/// Duration of a stroke and the rest before it, s.
 const EACH_S: f64 = 1.2037;
 
-/// Time since a rest began, and the direction of the stroke behind it.
+/// Time since the last rest began, and the direction of the stroke after it.
 fn since(t: f64) -> (f64, f64) {
     let is_forth = ((t / EACH_S).floor() as i64).rem_euclid(2) == 0;
     (t.rem_euclid(EACH_S), if is_forth { 1.0 } else { -1.0 })
 }
 
-/// Up within 0.1 s, down within 0.1 s, without jumps of the acceleration.
+/// Speed: up within 0.1 s, down within 0.1 s, without jumps of the acceleration.
 fn speed_m_s(t: f64) -> f64 {
     let (since, direction) = since(t);
     let part = ((since - 0.4) / 0.1).min((0.9 - since) / 0.1).clamp(0.0, 1.0);
     direction * 0.05 * part * part * (3.0 - 2.0 * part)
 }
 
-/// The same with the force that a mass takes, up to two and a half times the friction's, and its acceleration.
+/// The same with the inertial force, up to two and a half times the friction, and the measured acceleration.
 pub(super) fn heavy(mut run: Run, late_s: f64) -> Run {
     let at = |t: f64| (speed_m_s(t + 1e-5) - speed_m_s(t - 1e-5)) / 2e-5;
     run.acceleration_m_s2 = Some(run.time_s.iter().map(|t| 1.7 * at(*t)).collect());
@@ -34,8 +34,8 @@ pub(super) fn heavy(mut run: Run, late_s: f64) -> Run {
     run
 }
 
-/// Forty strokes to and fro with rests between, 10 N of friction with its sign `late_s` after that of the speed and
-/// through a filter of `filter_s`; after a turn, play takes `play_s` up.
+/// Forty strokes to and fro with rests between: 10 N of friction with its sign `late_s` after that of the speed,
+/// through a filter of time constant `filter_s`; after a turn, play takes up `play_s`.
 pub(super) fn strokes(late_s: f64, filter_s: f64, play_s: f64) -> Run {
     strokes_at(5e-3, late_s, filter_s, play_s)
 }

@@ -1,15 +1,16 @@
-//! What the runs tell of at all: lengths that they pass over, and preloads that differ.
+//! What the runs can show at all: the lengths that they pass over, and preloads that differ.
 
 use simulation::mechanism::{Context, Search};
 
 use crate::fit::source::Source;
 
-/// Largest preload, of the least one, from which forms that differ by their load are told apart.
+/// Ratio of largest to least preload from which forms that differ by their load are told apart.
 const SEVERAL: f64 = 1.3;
 
 /// See the module.
 pub(super) struct Told {
-    /// Whether preloads differ so far that a share of each and a change of the interference are two things.
+    /// Whether preloads differ so much that a share of the preload and a change of the interference are
+    /// distinguishable.
     has_several_loads: bool,
     /// Stroke and travel of the longest run, m.
     stroke_m: f64,
@@ -28,7 +29,8 @@ impl Told {
         }
     }
 
-    /// Whether every length of a source is one that the runs show at least half of, and from `seen_from_m` behind a turn on.
+    /// Whether the runs show at least half of every length of a source, and lengths since a turn are at least
+    /// `seen_from_m`.
     pub(super) fn is_told(&self, source: &Source, seen_from_m: f64) -> bool {
         let Source::Mechanism { definition, form, shape } = source else { return true };
         if definition.forms[*form].is_of_share() && !self.has_several_loads {
@@ -43,7 +45,7 @@ impl Told {
     }
 }
 
-/// Both ends of what some runs pass over, m; the first one lies beyond the second where there is none.
+/// Both ends of what these runs pass over, m; the first lies beyond the second where there is none.
 fn ends_m<'c>(contexts: impl IntoIterator<Item = &'c Context<'c>>) -> (f64, f64) {
     let positions = contexts.into_iter().flat_map(|context| &context.motion.position_m).filter(|x| x.is_finite());
     positions.fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), x| (from.min(*x), to.max(*x)))

@@ -1,14 +1,16 @@
-//! A tone of one frequency: mains in the cable of a bridge, a pump, a fan.
+//! A tone: one steady frequency, such as mains in a bridge's cable, a pump or a fan.
 //!
-//! A line is narrower than anything that follows the motion or rings: over the whole recording its phase stays. In the spectrum of a rest `r`
-//! over all of its time it is one bin above the noise around it, whose entries are exponentially distributed,
+//! A line is narrower than anything that follows the motion or rings: its phase is constant over the whole recording.
+//! In the spectrum of a residual `r` over all its time it is one bin above the surrounding noise, whose bins are
+//! exponentially distributed,
 //!
 //! ```text
 //! z = |R(f)|²·ln 2 / median of |R|² around f,   P(z > x) = exp(-x)
 //! ```
 //!
-//! and its size and phase are the same early and late, forward and backward, slow and fast: what a ripple makes of one speed is not.
-//! Slower ones, and their orders, are the clocks' of the search. A line is found before the noise is learnt: a noise filter takes it all away.
+//! and its size and phase are the same early and late, forward and backward, slow and fast, unlike those of a ripple at
+//! one speed. Slower tones, and their orders, are left to the clocks of the search. Lines are found before the noise is
+//! estimated: a noise filter would remove them completely.
 
 use std::ops::Range;
 
@@ -22,65 +24,65 @@ use crate::fit::story;
 use crate::noise::rows::Rows;
 use crate::numbers::statistics::median;
 
-/// Lowest frequency, Hz, and the highest, of the rate of the rows.
+/// Lowest frequency, Hz, and the highest as a fraction of the sampling rate.
 const LOWEST_HZ: f64 = 4.0;
 const HIGHEST: f64 = 0.4;
 
-/// Most places of the transform, and how often the recording fits into it.
+/// Most bins of the transform, and its zero-padding factor.
 const MOST_BINS: usize = 1 << 22;
 const PADDED: f64 = 2.0;
 
-/// Places to either side of a line that are it in one part, and those beyond that tell the noise around it. What several parts
-/// with rests between them make of a line is a comb as wide as the line of one of them.
+/// Bins to either side that belong to a line within one part, and those beyond that tell the surrounding noise. Several
+/// parts with rests between them spread a line into a comb as wide as the line of a single part.
 const OF_LINE: usize = 4;
 const AROUND: usize = 100;
 
-/// Most lines, and the highest places that are looked at for them.
+/// Most lines, and most peaks examined for them.
 const LINES: usize = 3;
 const LOOKED_AT: usize = 4 * LINES;
 
-/// The `z` of a place that is looked at, and that of a line above what is left without it: that each of the groups of rows shows
-/// its phase. Parts and rows that are not compared spread a line over all places near it.
+/// The `z` of a bin to be examined, and that of a line over what is left without it, at which each group of rows shows
+/// its phase. Parts, and rows that are not compared, spread a line over all bins near it.
 const SEEN: f64 = 25.0;
 const CLEAR: f64 = 100.0;
 
-/// Part of its size that a line may differ by in a group of rows.
+/// Share of its size by which a line may differ in a group of rows.
 const STEADY: f64 = 0.35;
 
 /// Fewest rows of a group.
 const FEWEST: usize = 200;
 
-/// Tones in what curves leave of a mismatch (one entry a row of all runs), the clearest first.
+/// Tones in what curves leave of a mismatch (one entry per row of all runs), the clearest first.
 pub(crate) fn all(rows: &Rows, contexts: &[Context<'_>], left: &[f64]) -> Vec<Curve> {
     let Some(rest) = Rest::of(rows, contexts, left) else { return Vec::new() };
     let step_s = rest.step_s;
     rest.lines_hz().into_iter().map(|hz| story::tone(1.0 / hz, (1.0 / (step_s * hz)) as usize)).collect()
 }
 
-/// Time from the first to the last of the times that are known, s.
+/// Time from the first to the last finite time, s.
 fn span_s(time_s: &[f64]) -> f64 {
     let known = time_s.iter().copied().filter(|t| t.is_finite());
     let (first, last) = known.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
     last - first
 }
 
-/// Squared sizes by frequency.
+/// Power by frequency.
 struct Spectrum {
     powers: Vec<f64>,
     step_hz: f64,
-    /// Places of the frequencies that are looked for.
+    /// Bins of the frequencies searched.
     range: Range<usize>,
 }
 
 impl Spectrum {
-    /// The highest place that stands out, `of_line` and more from others.
+    /// The highest bin that stands out and is more than `of_line` from `others`.
     fn highest(&self, of_line: usize, others: &[usize]) -> Option<usize> {
         let is_apart = |place: &usize| others.iter().all(|other| place.abs_diff(*other) > of_line);
         let highest = self.range.clone().filter(is_apart).max_by(|a, b| self.powers[*a].total_cmp(&self.powers[*b]))?;
         (self.z(self.powers[highest], highest, of_line) > SEEN).then_some(highest)
     }
 
-    /// A power in units of the noise around a place, without the places of its line. 0 where too little is around it.
+    /// A power relative to the noise around a bin, excluding the bins of its line; 0 where too few bins surround it.
     fn z(&self, power: f64, place: usize, of_line: usize) -> f64 {
         let reach = of_line.saturating_add(AROUND);
         if place < reach || place + reach >= self.powers.len() {
@@ -92,7 +94,7 @@ impl Spectrum {
     }
 }
 
-/// What is left in the rows that are compared, each part by its own noise.
+/// Residual in the compared rows, each part weighted by its own noise.
 #[derive(Clone)]
 struct Rest {
     time_s: Vec<f64>,
@@ -100,7 +102,7 @@ struct Rest {
     /// Squared weight of every row.
     power: Vec<f64>,
     velocity_m_s: Vec<f64>,
-    /// Time of an average, s, of the recording, and of a usual part of it.
+    /// Time per averaged row, duration of the recording, and median duration of a part, s.
     step_s: f64,
     span_s: f64,
     of_part_s: f64,
@@ -142,7 +144,7 @@ impl Rest {
         (rest.step_s > 0.0 && rest.value.len() > 4 * FEWEST && LOWEST_HZ < HIGHEST / rest.step_s).then_some(rest)
     }
 
-    /// Frequencies of the lines, each above what is left without it and those before it.
+    /// Frequencies of the lines; each must exceed what is left without it and those before it.
     fn lines_hz(mut self) -> Vec<f64> {
         let (mut found, mut looked_at) = (Vec::new(), Vec::new());
         let Some(mut spectrum) = self.spectrum() else { return found };
@@ -168,7 +170,7 @@ impl Rest {
     fn spectrum(&self) -> Option<Spectrum> {
         let per_s = 1.0 / self.step_s;
         let places = PADDED * self.span_s * per_s;
-        // a clock that jumps by years has more than can be counted
+        // guards against a time column that jumps by years
         if !(places <= MOST_BINS as f64) {
             return None;
         }
@@ -183,7 +185,7 @@ impl Rest {
         Some(Spectrum { powers: sums[..bins / 2].iter().map(|sum| sum.norm_sqr()).collect(), step_hz, range })
     }
 
-    /// The same without the wave of a frequency.
+    /// The same without the wave at this frequency.
     fn without(&self, hz: f64) -> Self {
         let wave = self.wave(hz, |_| true).map_or(Complex::new(0.0, 0.0), |(wave, _)| 2.0 * wave);
         let at = |n: usize| (wave * Complex::from_polar(1.0, std::f64::consts::TAU * hz * self.time_s[n])).re;
@@ -191,7 +193,7 @@ impl Rest {
         Rest { value, ..self.clone() }
     }
 
-    /// The frequency near one at which most is in phase.
+    /// The nearby frequency of the largest coherent amplitude.
     fn refined(&self, mut hz: f64) -> f64 {
         let size = |hz: f64| self.wave(hz, |_| true).map_or(0.0, |(wave, _)| wave.norm());
         let (mut step, mut most) = (0.25 / (PADDED * self.span_s), size(hz));
@@ -208,7 +210,7 @@ impl Rest {
         hz
     }
 
-    /// Size and phase of a wave in some of the rows, and their number.
+    /// Complex amplitude of a wave in some of the rows, and their number.
     fn wave(&self, hz: f64, of: impl Fn(usize) -> bool) -> Option<(Complex<f64>, usize)> {
         let omega = std::f64::consts::TAU * hz;
         let (mut sum, mut power, mut rows) = (Complex::new(0.0, 0.0), 0.0, 0);
@@ -220,7 +222,7 @@ impl Rest {
         (power > 0.0).then(|| (sum / power, rows))
     }
 
-    /// Whether a wave is the same in the quarters of the time, in both directions, and where the carriage is slow and fast.
+    /// Whether a wave is the same in all quarters of the time, in both directions, and at slow and fast speeds.
     fn is_steady(&self, hz: f64) -> bool {
         let Some((whole, rows)) = self.wave(hz, |_| true) else { return false };
         let usual = median(self.velocity_m_s.iter().map(|v| v.abs()).collect()).unwrap_or(0.0);
