@@ -1,26 +1,28 @@
-//! Is an effect real? Two tests that must agree, because each alone gave false alarms under coloured noise.
+//! Locks: two tests of whether an effect is real. They must agree, because each alone gave false alarms under coloured
+//! noise.
 //!
-//! *Split likelihood ratio* (universal inference, Wasserman, Ramdas and Balakrishnan 2020): the effect's size comes from
-//! three folds of interleaved blocks. On the fourth, what the rival's columns cannot imitate is left: `n` numbers `y`,
-//! and `z` of the effect at that size. Neither side knows the variance, because what is still missing adds to the noise:
+//! *Split likelihood ratio* (universal inference, Wasserman, Ramdas and Balakrishnan 2020): the effect's size is fitted
+//! on three folds of interleaved blocks. On the fourth fold, projected off the rival's columns, `y` are the `n`
+//! residuals and `z` is the effect at that size. Both hypotheses leave the variance unknown, because what is still
+//! missing adds to the noise:
 //!
 //! ```text
 //! e = (1 - |z|²/|y|²) (|y|²/|y - z|²)^(n/2)
 //! ```
 //!
-//! Under no effect `y/|y|` lies anywhere on the sphere, and `(1 - |x|²)/|u - x|^n` is Poisson's kernel: its mean over
-//! the sphere is 1. The mean over folds is an e-value, too: it exceeds 1/α with a probability of at most α.
+//! Under the null hypothesis `y/|y|` is uniform on the sphere, and `(1 - |x|²)/|u - x|^n` is Poisson's kernel, whose
+//! mean over the sphere is 1. The mean over folds is an e-value, too: it exceeds 1/α with a probability of at most α.
 //!
-//! *Score by blocks*: along the direction that the other folds point to, the mean slope of the likelihood per block
-//! against its scatter between blocks. It needs no noise model at all: what whitening gets wrong is in the scatter.
+//! *Score by blocks*: the mean slope of the likelihood per block, along the direction fitted on the other folds,
+//! against its scatter between blocks. It needs no noise model at all: errors of the whitening show in the scatter.
 
 use crate::noise::rows::{FOLDS, Gram};
 use crate::numbers::linear::{Cholesky, Symmetric, dot};
 
-/// Entries from which an effect is a table whose entries shrink.
+/// Number of entries from which an effect counts as a table whose entries are shrunk.
 const SHRINKING: usize = 6;
 
-/// What the two tests say.
+/// Results of the two tests.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Locks {
     /// Natural logarithm of the e-value.
@@ -29,8 +31,9 @@ pub(crate) struct Locks {
     pub(crate) p: f64,
 }
 
-/// Tests whether the last columns of `gram` add to the first. Column 0 is what is explained, columns `1..known` are the
-/// rival's, the rest is the effect. `prior`: precision and pull of every column from 1 on.
+/// Tests whether the last columns of `gram` add to the first ones. Column 0 is the mismatch, columns `1..known` are the
+/// rival's (null hypothesis), the rest is the effect. `prior`: precision, and precision times mean, of every column
+/// from 1 on.
 pub(crate) fn locks(gram: &Gram, known: usize, prior: &[(f64, f64)]) -> Locks {
     let size = gram.rows.len();
     let columns = gram.total.size();
@@ -62,7 +65,7 @@ pub(crate) fn locks(gram: &Gram, known: usize, prior: &[(f64, f64)]) -> Locks {
         let here = beside(test, &rival, &effect, direction, prior).max(1e-12);
         let own = own_size(test, &rival, &effect, direction, prior);
         ln_es.push((1.0 - own / null).max(0.0).ln() + 0.5 * held * (null / here).ln());
-        // direction of the effect from the other folds, and what the rival can imitate of it
+        // direction of the effect from the other folds, and what the rival imitates of it
         let along: Vec<f64> =
             rival.iter().map(|i| effect.iter().zip(direction).map(|(e, d)| gram.total.get(*i, *e) * d).sum()).collect();
         let imitated = factor.solve(&along);
@@ -85,8 +88,9 @@ pub(crate) fn locks(gram: &Gram, known: usize, prior: &[(f64, f64)]) -> Locks {
     Locks { ln_e: ln_mean_exp(&ln_es), p: score_p(&scores, &information) }
 }
 
-/// Prior under which the entries of a table are told together: each is 0 give or take what they are, those counting that the
-/// rows tell. One that hardly any row tells stays near 0, and does not speak for the others where it acts.
+/// Shrinkage prior for the entries of a table: zero mean, with the mean square of the fitted entries as variance, each
+/// weighted by how well the rows determine it. An entry that hardly any row determines stays near 0 and does not
+/// predict where it acts.
 fn shrinking(train: &Symmetric, known: usize, prior: &[(f64, f64)], found: &[f64]) -> Vec<(f64, f64)> {
     let entries = known - 1..found.len();
     let mut shrinking = prior.to_vec();
@@ -102,12 +106,13 @@ fn shrinking(train: &Symmetric, known: usize, prior: &[(f64, f64)], found: &[f64
     shrinking
 }
 
-/// Fold of a block: dealt in turn, and every round begins one fold later, so that no fold follows a periodic motion.
+/// Fold of a block: blocks are dealt in turn, and every round begins one fold later, so that no fold is in step with a
+/// periodic motion.
 fn fold_of(block: usize) -> usize {
     (block + block / FOLDS) % FOLDS
 }
 
-/// Rows of some of the blocks.
+/// Number of rows of some of the blocks.
 fn gram_rows(gram: &Gram, of: impl Fn(usize) -> bool) -> f64 {
     gram.rows.iter().enumerate().filter(|(b, _)| of(*b)).map(|(_, rows)| *rows as f64).sum()
 }
@@ -125,7 +130,7 @@ fn fit(gram: &Symmetric, which: &[usize], prior: &[(f64, f64)]) -> Vec<f64> {
     Cholesky::of(&penalised(gram, which, prior)).solve(&b)
 }
 
-/// Squared size of what the rival cannot imitate of an effect.
+/// Squared norm of an effect, less what the rival imitates.
 fn own_size(gram: &Symmetric, rival: &[usize], effect: &[usize], size: &[f64], prior: &[(f64, f64)]) -> f64 {
     let with = |i: usize| effect.iter().zip(size).map(|(e, d)| gram.get(i, *e) * d).sum::<f64>();
     let b: Vec<f64> = rival.iter().map(|i| with(*i)).collect();
@@ -133,7 +138,7 @@ fn own_size(gram: &Symmetric, rival: &[usize], effect: &[usize], size: &[f64], p
     effect.iter().zip(size).map(|(e, d)| d * with(*e)).sum::<f64>() - dot(&forward, &forward)
 }
 
-/// What an effect of a given size leaves, with the price of moved parameters, at the rival's best.
+/// Residual square of an effect of a given size, with the prior's penalty, at the rival's best fit.
 fn beside(gram: &Symmetric, rival: &[usize], effect: &[usize], size: &[f64], prior: &[(f64, f64)]) -> f64 {
     let with = |i: usize| effect.iter().zip(size).map(|(e, d)| gram.get(i, *e) * d).sum::<f64>();
     let b: Vec<f64> = rival.iter().map(|i| gram.get(0, *i) - with(*i) + prior[i - 1].1).collect();
@@ -155,7 +160,8 @@ fn ln_mean_exp(x: &[f64]) -> f64 {
     largest + (x.iter().map(|x| (x - largest).exp()).sum::<f64>() / x.len() as f64).ln()
 }
 
-/// Student's t of the mean score; its degrees of freedom are those of as many blocks as really inform.
+/// p-value of Student's t of the mean score; the degrees of freedom are those of the effective number of informing
+/// blocks.
 fn score_p(scores: &[f64], information: &[f64]) -> f64 {
     let count = scores.iter().zip(information).filter(|(_, i)| **i > 0.0).count() as f64;
     let total: f64 = scores.iter().sum();
@@ -165,7 +171,7 @@ fn score_p(scores: &[f64], information: &[f64]) -> f64 {
         return 1.0;
     }
     let effective = informing * informing / squares;
-    // the slope that this much information would show, so that blocks of different weight do not scatter for that
+    // the score that a block of this much information should show: blocks of unequal information add no scatter
     let slope = total / informing;
     let scatter: f64 = scores.iter().zip(information).map(|(s, i)| (s - slope * i) * (s - slope * i)).sum();
     let variance = scatter * count / (count - 1.0);
@@ -212,7 +218,7 @@ fn incomplete_beta(a: f64, b: f64, x: f64) -> f64 {
     front * fraction
 }
 
-/// p-value of the least of some p-values.
+/// p-value of the smallest of some p-values (Bonferroni).
 pub(crate) fn least_of(p: impl IntoIterator<Item = f64>) -> f64 {
     let (least, count) = p.into_iter().fold((1.0, 0.0), |(least, count): (f64, f64), p| (least.min(p), count + 1.0));
     (least * count).min(1.0)
@@ -244,7 +250,7 @@ mod tests {
         vec![y, single(&one), single(&z)]
     }
 
-    /// A profile of which every fold passes over a place of its own: the others hardly tell what is there.
+    /// A profile with a place of its own for every fold: the other folds hardly determine what is there.
     #[test]
     fn a_table_is_known_by_the_places_that_are_passed_again() {
         let blocks: Vec<_> = (0..40).map(|b| b * 100..b * 100 + 100).collect();

@@ -1,16 +1,16 @@
-//! What the noise looks like, and the filter that makes it white.
+//! Noise model, and the filter that whitens it.
 //!
-//! Friction noise is coloured and its slow part looks like drift, wear and warm-up. The filter has two stages:
+//! Friction noise is coloured, and its slow part looks like drift, wear and warm-up. The filter has two stages:
 //!
-//! 1. an autoregression of the order that the information criterion asks for (exact from the first row of a stretch
-//!    on: Durbin and Levinson's predictors of every lower order),
-//! 2. first-order shelves, one an octave, for the slow part that no short autoregression sees. Their heights come
-//!    from the Haar (Allan) variance of what stage 1 leaves. Towards rest the noise is never taken to fall, a
-//!    variance that few differences tell is taken larger than it looks, and where a fit has followed most of what is slow
-//!    the noise is taken to rise on.
+//! 1. an autoregression whose order the information criterion chooses (exact from the first row of a stretch on: Durbin
+//!    and Levinson's predictors of every lower order),
+//! 2. first-order shelves, one per octave, for the slow part that no short autoregression sees. Their heights come from
+//!    the Haar (Allan) variance of what stage 1 leaves. Towards low frequency the noise is never taken to fall, a
+//!    variance from few differences is overestimated on purpose, and where a fit has absorbed most of the slow part the
+//!    noise is extrapolated.
 //!
-//! Both are linear and the same for every column, so that a fit stays unbiased whatever they get wrong; what they get
-//! wrong about the size of the noise is the matter of [`crate::noise::locks`].
+//! Both stages are linear and the same for every column, so a fit stays unbiased however wrong they are; errors of the
+//! noise's size are the matter of [`crate::noise::locks`].
 //!
 //! ```text
 //! rows         the one linear operation on every column
@@ -26,10 +26,10 @@ pub(crate) use crate::noise::shelves::Course;
 use crate::noise::shelves::{MOST_SHELVES, Shelf, Shelves};
 use crate::numbers::bridge::{bridge, gaps};
 
-/// Longest autoregression.
+/// Longest autoregression, rows.
 pub(crate) const MAX_ORDER: usize = 16;
 
-/// A filter that makes the noise white with variance 1.
+/// A filter that whitens the noise to variance 1.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Whitening {
     /// Predictors of order 0, 1, ..; the last is that of the stationary filter.
@@ -40,13 +40,14 @@ pub(crate) struct Whitening {
 }
 
 impl Whitening {
-    /// Leaves everything as it is.
+    /// The identity filter.
     pub(crate) fn none() -> Self {
         Whitening { predictors: vec![Vec::new()], gains: vec![1.0], shelves: Shelves::default() }
     }
 
-    /// Of residuals of variance about 1, stretch by stretch; an autoregression of order `most` at most. A row that is not a
-    /// number tells nothing. `kept`: what the fit that left the residuals keeps of noise, level by level of [`slowness`].
+    /// Estimated from residuals of variance about 1, stretch by stretch, with an autoregression of order `most` at
+    /// most. Rows that are NaN are skipped. `kept`: share of the noise that the fit left in the residuals, by level of
+    /// [`slowness`].
     pub(crate) fn of(stretches: &[Vec<f64>], most: usize, kept: &[f64]) -> Self {
         let mut whitening = autoregression(stretches, most.min(MAX_ORDER));
         let longest = stretches.iter().map(Vec::len).max().unwrap_or(0);
@@ -71,9 +72,9 @@ impl Whitening {
             this.height = this.height.min(kept(level) * most_of_noise(before));
         }
         for (level, told) in told.iter_mut().enumerate() {
-            // of the noise itself the fit has followed a part
+            // the fit has absorbed a part of the noise itself
             told.height /= kept(level);
-            // few differences: rather too much noise than too little
+            // few differences: better to overestimate the noise than to underestimate it
             if told.freedom < MANY {
                 told.height *= 1.0 + 1.0 / told.freedom.sqrt();
             }
@@ -87,7 +88,7 @@ impl Whitening {
         self.predictors.len() - 1
     }
 
-    /// What the predictors do not foresee of the rows of one stretch, over its σ.
+    /// Innovations of one stretch, divided by their standard deviation.
     fn predict(&self, x: &mut Vec<f64>, spare: &mut Vec<f64>) {
         spare.clear();
         let order = self.order();
@@ -99,23 +100,23 @@ impl Whitening {
         if order == 0 {
             spare.extend(x.iter().map(|x| x * gain));
         } else if x.len() > order {
-            // newest last, as the window has it
+            // newest last, as in the window
             let reversed: Vec<f64> = phi.iter().rev().map(|phi| -phi * gain).collect();
             spare.extend(x.iter().skip(order).map(|x| x * gain));
             let filtered = spare.get_mut(order..).unwrap_or_default();
-            // tap by tap over many rows: rows do not wait for one another, and every sum keeps its order
+            // tap by tap over many rows: rows do not depend on one another, and the order of summation is kept
             pulp::Arch::new().dispatch(Taps { taps: &reversed, x, filtered });
         }
         std::mem::swap(x, spare);
     }
 
-    /// How the filter goes over stretches one behind the other: rows that are missing before each (none before the first), and
-    /// its rows. What is slow goes on across those that are missing, the autoregression begins anew.
+    /// Course of the filter over consecutive stretches, each given as the number of missing rows before it (0 for the
+    /// first) and its rows. The slow part continues across missing rows, the autoregression starts afresh.
     pub(crate) fn course(&self, stretches: &[(usize, usize)]) -> Course {
         self.shelves.course(stretches)
     }
 
-    /// Filters several columns over a course, each given stretch by stretch; answers the rows of all stretches.
+    /// Filters several columns over a course, each given stretch by stretch; returns the rows of all stretches.
     pub(crate) fn apply_all(&self, columns: Vec<Vec<Vec<f64>>>, course: &Course) -> Vec<Vec<f64>> {
         let mut spare = Vec::new();
         let foreseen = |mut stretches: Vec<Vec<f64>>| {
@@ -138,7 +139,7 @@ impl Whitening {
         }
     }
 
-    /// Squared gain at a frequency, of the sampling rate.
+    /// Squared gain at a frequency, as a fraction of the sampling rate.
     pub(crate) fn power(&self, frequency: f64) -> f64 {
         let order = self.order();
         let angle = std::f64::consts::TAU * frequency;
@@ -157,7 +158,7 @@ impl Whitening {
         self.apply_all(vec![vec![x.to_vec()]], &self.course(&[(0, x.len())])).pop().unwrap_or_default()
     }
 
-    /// The same where rows are missing: straight lines lead across them, and they are missing again behind the filter.
+    /// The same with missing rows: they are bridged by straight lines, and are missing again after the filter.
     fn applied_where_told(&self, x: &[f64]) -> Vec<f64> {
         let mut filled = x.to_vec();
         for gap in gaps(&x.iter().map(|x| x.is_finite()).collect::<Vec<_>>()) {
@@ -169,10 +170,10 @@ impl Whitening {
     }
 }
 
-/// Rows that stay in the fastest memory while every tap goes by.
+/// Rows that stay in the fastest cache while every tap passes over them.
 const PIECE: usize = 1024;
 
-/// Sums of taps times rows.
+/// Convolution: sums of taps times rows.
 struct Taps<'a> {
     taps: &'a [f64],
     x: &'a [f64],
@@ -209,7 +210,7 @@ fn autoregression(stretches: &[Vec<f64>], most: usize) -> Whitening {
             if lag == 0 {
                 (rows, told) = (places, pairs);
             }
-            // a longer lag has fewer places: so much less counts what it tells
+            // a longer lag has fewer places, and its covariance is scaled down accordingly
             sum / f64::from(pairs.max(1)) * places as f64 / rows.max(1) as f64
         })
         .collect();
@@ -243,39 +244,42 @@ fn autoregression(stretches: &[Vec<f64>], most: usize) -> Whitening {
     whitening
 }
 
-/// Share of a window's rows that must be there for its mean to be told.
+/// Least share of a window's rows that must be there for its mean to count.
 const TOLD: f64 = 0.5;
 
-/// Variance of Haar's differences at one level.
+/// Variance of the Haar differences at one level.
 struct Level {
     variance: f64,
-    /// Differences that tell it.
+    /// Number of differences that determine it.
     count: usize,
 }
 
-/// Part of the noise's slow power that a fit must keep for what it leaves to tell it, and the least number of differences.
+/// Least share of the noise's slow power that a fit must keep for its residual to determine that level, and least
+/// number of differences.
 const LEAST_KEPT: f64 = 0.4;
 const LEAST_FREEDOM: f64 = 4.0;
 
-/// Differences from which a variance is sure.
+/// Number of differences from which a variance is reliable.
 const MANY: f64 = 200.0;
 
-/// Standard errors by which the noise must be seen to rise towards rest to be taken to rise on.
+/// Standard errors by which the noise must be seen to rise towards low frequency to be extrapolated as rising.
 const SURE_RISE: f64 = 1.5;
 
-/// Most that it rises on by in an octave, that of 1/f: what rises faster where it is told is no noise.
+/// Most by which it is extrapolated per octave, as for 1/f noise: what rises faster than that where it is measured is
+/// no noise.
 const MOST_RISE: f64 = 2.0;
 
-/// Rise of the power of a force that walks at random, in an octave, and standard errors by which what rises faster is no noise.
+/// Rise of the power of a random walk per octave, and the standard errors by which a faster rise counts as a cause, not
+/// as noise.
 const FASTEST_RISE: f64 = 4.0;
 const SURE_CAUSE: f64 = 2.0;
 
-/// Variance of Haar's differences, level by level: 1 at every level for white noise of variance 1. Rows that are missing
-/// take no part.
+/// Variance of the Haar differences, level by level: 1 at every level for white noise of variance 1. Missing rows are
+/// skipped.
 fn haar(stretches: &[Vec<f64>], levels: usize) -> Vec<Level> {
     let (mut sums, mut counts) = (vec![0.0; levels], vec![0usize; levels]);
     for stretch in stretches {
-        // sum and number of the rows of every window
+        // sum and number of the rows in every window
         let mut windows: Vec<(f64, f64)> =
             stretch.iter().map(|x| if x.is_finite() { (*x, 1.0) } else { (0.0, 0.0) }).collect();
         for level in 0..levels {
@@ -300,15 +304,15 @@ fn haar(stretches: &[Vec<f64>], levels: usize) -> Vec<Level> {
     sums.into_iter().zip(counts).map(|(sum, count)| Level { variance: of_white(count, sum), count }).collect()
 }
 
-/// What is known of the noise's power at one level.
+/// Known power of the noise at one level.
 struct Told {
     height: f64,
-    /// Number of differences that tell it.
+    /// Number of differences that determine it.
     freedom: f64,
 }
 
-/// Most power that noise has in the octave behind these: what it has more than its fastest rows rises no faster than a walk at
-/// random.
+/// Most power that noise can have in the octave after `before`: noise above the white floor (the fastest level) grows
+/// at most like a random walk, 4x per octave.
 fn most_of_noise(before: &[Told]) -> f64 {
     let [first, .., last] = before else { return f64::INFINITY };
     let sure = (SURE_CAUSE * (2.0 / last.freedom).sqrt()).exp();
@@ -316,7 +320,8 @@ fn most_of_noise(before: &[Told]) -> f64 {
     first.height + FASTEST_RISE * (highest - first.height)
 }
 
-/// Heights of shelves, the first 1: towards rest the noise is never taken to fall, and where nothing is told it stays.
+/// Heights of shelves, the first 1: towards low frequency the noise is never taken to fall, and beyond the known levels
+/// it stays.
 fn rising(told: &[Told], levels: usize) -> Vec<f64> {
     let first = told.first().map_or(1.0, |first| first.height.max(1e-9));
     let mut most = 1.0f64;
@@ -328,8 +333,8 @@ fn rising(told: &[Told], levels: usize) -> Vec<f64> {
         .collect()
 }
 
-/// The same, rising on beyond what is told, and for one octave more than there are, as it did over the last two octaves as far
-/// as that is sure.
+/// The same, extrapolated beyond the known levels and by one octave beyond the last: it rises as it reliably did over
+/// the last two octaves.
 fn going_on(mut heights: Vec<f64>, told: &[Told], levels: usize) -> Vec<f64> {
     let [.., before, _, last] = told else { return heights };
     let error = (2.0 / before.freedom + 2.0 / last.freedom).sqrt();
@@ -342,21 +347,21 @@ fn going_on(mut heights: Vec<f64>, told: &[Told], levels: usize) -> Vec<f64> {
     heights
 }
 
-/// Shelves of these heights, one an octave.
+/// Shelves of these heights, one per octave.
 fn shelves(heights: &[f64]) -> Shelves {
     let steps = heights.windows(2).enumerate().filter(|(_, two)| two[1] > 1.02 * two[0]);
     Shelves::new(steps.map(|(at, two)| Shelf::new(0.25 / f64::from(1u32 << at), two[1] / two[0])).collect())
 }
 
-/// Variance of rows by slowness: of differences of means of 1, 2, 4, .. rows, over that of white noise. A row that is not a
-/// number tells nothing.
+/// Variance by slowness: of differences between means of 1, 2, 4, .. rows, relative to white noise. Rows that are NaN
+/// are skipped.
 pub(crate) fn slowness(stretches: &[Vec<f64>]) -> Vec<f64> {
     let longest = stretches.iter().map(Vec::len).max().unwrap_or(0);
     let levels = (1..=MOST_SHELVES).take_while(|level| longest >> level >= 1).count();
     haar(stretches, levels).iter().map(|level| level.variance).collect()
 }
 
-/// Third differences over the root of 20: those of what is smooth vanish, those of white noise have its variance.
+/// Third differences divided by √20: those of smooth signals vanish, those of white noise keep its variance.
 pub(crate) fn third_differences(x: &[f64]) -> Vec<f64> {
     let scale = 1.0 / 20.0f64.sqrt();
     x.windows(4).map(|w| scale * (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0])).filter(|d| d.is_finite()).collect()
@@ -428,7 +433,7 @@ mod tests {
                 *square += with * with / size / DRAWN as f64;
             }
         }
-        // the square of a standard normal number has a mean of 1
+        // the square of a standard normal variable has a mean of 1
         assert!(squares.iter().all(|square| (0.3..2.5).contains(square)), "{squares:?}");
     }
 
@@ -467,7 +472,7 @@ mod tests {
             let power = whitening.power(frequency);
             assert!((0.7..1.4).contains(&power), "{frequency}: {power}");
         }
-        // few differences tell the slowest part: it is taken larger than it looks
+        // few differences determine the slowest part: it is overestimated on purpose
         assert!(whitening.power(0.0) > 0.4, "{}", whitening.power(0.0));
         // what leads across them would
         let mut bridged = white(20_000, 5);
@@ -482,7 +487,7 @@ mod tests {
         };
         assert_eq!(most_of_noise(&told(&[1.0])), f64::INFINITY);
         assert!(most_of_noise(&told(&[1.0, 1.0, 0.7])) < 1.1);
-        // what is not that of the fastest rows: 0.1, 0.4, 1.6
+        // what exceeds the white floor of the fastest rows: 0.1, 0.4, 1.6
         let walk = most_of_noise(&told(&[1.0, 1.1, 1.4, 2.6]));
         assert!((7.4..7.6).contains(&walk), "{walk}");
     }

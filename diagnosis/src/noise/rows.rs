@@ -1,8 +1,8 @@
-//! Which rows count, and the one linear operation that every column goes through before it is compared.
+//! Rows: which of them count, and the one linear operation that every column goes through before it is compared.
 //!
-//! Runs are laid end to end. Rows that cannot be compared are bridged by straight lines where the gap is short, so
-//! that the noise filter runs on, and are dropped behind the filter; a long gap or a border of a part starts a new
-//! stretch. Very long recordings are averaged down first.
+//! Runs are concatenated. Rows that cannot be compared are bridged by straight lines where the gap is short, so that
+//! the noise filter continues, and are dropped after the filter; a long gap or a border of a part starts a new stretch.
+//! Very long recordings are averaged down first.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -19,77 +19,77 @@ use crate::numbers::statistics::{rms, robust_sigma};
 /// Longest gap that is bridged, s.
 const BRIDGE_S: f64 = 0.25;
 
-/// More rows than this are averaged down.
+/// Number of compared rows above which rows are averaged down.
 const MOST_ROWS: usize = 120_000;
 
-/// Length of a block, s: longer than any memory that whitening leaves.
+/// Length of a block, s: longer than any correlation that whitening leaves.
 const BLOCK_S: f64 = 5.0;
 
-/// Folds that blocks are dealt to, in turn.
+/// Number of folds to which blocks are dealt in turn.
 pub(crate) const FOLDS: usize = 4;
 
-/// Time for which a force stays within a step of its channel, s: a travel at one speed.
+/// Time for which a force stays within one quantisation step, s: about one travel at constant speed.
 const WITHIN_A_STEP_S: f64 = 0.75;
 
-/// Residuals of more standard deviations than this count less.
+/// Residuals of more standard deviations than this are down-weighted.
 const TAIL: f64 = 4.0;
 
-/// Residuals of more standard deviations than this are no noise.
+/// Residuals of more standard deviations than this do not count as noise when its colour is estimated.
 const STANDS_OUT: f64 = 6.0;
 
-/// Residuals of more standard deviations than this pull no harder on a law that does not know all that acts.
+/// Residuals of more standard deviations than this pull no harder (Huber) on a law that lacks some of the causes.
 const HUBER: f64 = 1.5;
 
 /// Rows of one part between two long gaps.
 #[derive(Clone, Debug)]
 struct Stretch {
     run: usize,
-    /// Part of the test profile, over all runs: one level of noise.
+    /// Part of the test profile, numbered over all runs; each has one noise level.
     group: usize,
     rows: Range<usize>,
-    /// Rows that are bridged, counted from the start of the stretch: never the first or the last.
+    /// Bridged rows, counted from the start of the stretch: never the first or the last.
     bridged: Vec<Range<usize>>,
     keep: Vec<bool>,
-    /// The same as intervals.
+    /// The kept rows as intervals.
     kept: Vec<Range<usize>>,
 }
 
-/// Stretches of one part of a run, one behind the other.
+/// Consecutive stretches of one part of a run.
 #[derive(Clone, Debug)]
 struct Chain {
     stretches: Range<usize>,
-    /// Averages that are missing before each (none before the first), and its own.
+    /// Averaged rows missing before each stretch (0 before the first), and its own number.
     rows: Vec<(usize, usize)>,
 }
 
-/// Columns that are whitened side by side.
+/// Columns whitened side by side.
 const SIDE_BY_SIDE: usize = 8;
 
-/// Rows that are compared, and how.
+/// The rows that are compared, and their whitening and weights.
 #[derive(Clone, Debug)]
 pub(crate) struct Rows {
-    /// First row of every run where runs are laid end to end, and the number of all rows.
+    /// First row of every run in the concatenation, and the number of all rows.
     pub(crate) starts: Vec<usize>,
     stretches: Vec<Stretch>,
     chains: Vec<Chain>,
     decimation: usize,
     whitening: Whitening,
-    /// How the noise filter goes over every chain.
+    /// Course of the noise filter over every chain.
     courses: Arc<Vec<Course>>,
-    /// One for every compared row: 1/σ of its run, less for a tail.
+    /// One per compared row: 1/σ of its part of the profile, less for an outlier.
     weights: Vec<f32>,
     /// Compared rows of every block.
     pub(crate) blocks: Vec<Range<usize>>,
-    /// Compared rows of every part of the profile: one level of noise each.
+    /// Compared rows of every part of the profile; each has one noise level.
     pub(crate) groups: Vec<Range<usize>>,
-    /// Step in which the force channel counts, N; 0 where it has none.
+    /// Quantisation step of the force channel, N; 0 where none is visible.
     step_n: f64,
-    /// Rows for which a force stays within a step.
+    /// Rows for which a force stays within one step.
     within_a_step: f64,
 }
 
 impl Chain {
-    /// That of the stretches from `first` on; `None` where there is none.
+    /// The chain of the stretches from `first` on; `None` where there is none.
     fn of(stretches: &[Stretch], first: usize, decimation: usize) -> Option<Self> {
         let own = stretches.get(first..).filter(|own| !own.is_empty())?;
         let missing = own.windows(2).map(|two| (two[1].rows.start - two[0].rows.end) / decimation);
@@ -99,7 +99,7 @@ impl Chain {
 }
 
 impl Rows {
-    /// Those of `compared` (one entry a row of all runs), at least `coarsest` of them averaged to one.
+    /// The rows of `compared` (one entry per row of all runs), with at least `coarsest` of them averaged to one.
     pub(crate) fn new(runs: &[Run], compared: &[bool], coarsest: usize) -> Self {
         let mut starts = vec![0];
         for run in runs {
@@ -158,8 +158,8 @@ impl Rows {
         self.whitening = whitening;
     }
 
-    /// Whether the noise looks the same to both, so that columns whitened by one are whitened by the other. Both are of
-    /// the same runs.
+    /// Whether both have the same noise model, so that columns whitened by one hold for the other. Both must be of the
+    /// same runs.
     pub(crate) fn whiten_alike(&self, other: &Self) -> bool {
         self.whitening == other.whitening && self.weights == other.weights
     }
@@ -209,7 +209,7 @@ impl Rows {
         self.groups = of_groups;
     }
 
-    /// Compared rows of a column as they are, averaged but not filtered.
+    /// Compared rows of a column, averaged but not filtered.
     pub(crate) fn plain(&self, column: &[f64]) -> Vec<f64> {
         let mut out = Vec::with_capacity(self.len());
         for stretch in &self.stretches {
@@ -219,12 +219,12 @@ impl Rows {
         out
     }
 
-    /// Compared rows of a column behind the noise filter: noise has the variance 1 there.
+    /// Compared rows of a column after the noise filter, where noise has variance 1.
     pub(crate) fn white(&self, column: &[f64]) -> Vec<f32> {
         self.white_all(&[column]).pop().unwrap_or_default()
     }
 
-    /// The same for many, which is cheaper than one after the other.
+    /// The same for many columns, cheaper than one after the other.
     pub(crate) fn white_all(&self, columns: &[&[f64]]) -> Vec<Vec<f32>> {
         let mut out: Vec<Vec<f32>> = columns.iter().map(|_| Vec::with_capacity(self.len())).collect();
         for (columns, out) in columns.chunks(SIDE_BY_SIDE).zip(out.chunks_mut(SIDE_BY_SIDE)) {
@@ -249,8 +249,8 @@ impl Rows {
         out
     }
 
-    /// A whitened column sent backwards through averages, bridges and the noise filter, one entry a row of all runs: its
-    /// product with a column as it is, is that of both whitened.
+    /// The adjoint: a whitened column sent backwards through weights, noise filter, bridges and averages; one entry per
+    /// row of all runs. Its product with a raw column equals the product of both whitened.
     pub(crate) fn backwards(&self, column: &[f32]) -> Vec<f64> {
         let mut out = vec![0.0; self.starts.last().copied().unwrap_or(0)];
         let mut kept = column.iter().zip(&self.weights).map(|(x, weight)| f64::from(x * weight));
@@ -287,12 +287,12 @@ impl Rows {
         out
     }
 
-    /// Rows that are averaged to one.
+    /// Number of rows averaged to one.
     pub(crate) fn decimation(&self) -> usize {
         self.decimation
     }
 
-    /// Squared response of averages and noise filter at a frequency, of the sampling rate.
+    /// Squared response of averaging and noise filter at a frequency, as a fraction of the sampling rate.
     pub(crate) fn response(&self, frequency: f64) -> f64 {
         let averaged = if self.decimation > 1 {
             let angle = std::f64::consts::PI * frequency * self.decimation as f64;
@@ -303,8 +303,8 @@ impl Rows {
         averaged * averaged * self.whitening.power(frequency * self.decimation as f64)
     }
 
-    /// Learns the noise from a residual (one entry a row of all runs) of a fit that keeps so much of it (see
-    /// [`Whitening::of`]).
+    /// Estimates the noise from a residual (one entry per row of all runs) of a fit; `kept`: share of the noise that
+    /// the fit leaves (see [`Whitening::of`]).
     pub(crate) fn learn(&mut self, residual: &[f64], kept: &[f64]) {
         self.learn_up_to(residual, kept, MAX_ORDER);
     }
@@ -313,13 +313,13 @@ impl Rows {
     pub(crate) fn learn_up_to(&mut self, residual: &[f64], kept: &[f64], most: usize) {
         let plain = self.plain(residual);
         let scales: Vec<f64> = self.groups.iter().map(|rows| scale(&plain[rows.clone()])).collect();
-        // what is bridged, and what stands out of the noise, does not tell its colour
+        // rows that are bridged, or stand out of the noise, do not tell its colour
         let told = |stretch: &Stretch| {
             let scale = scales[stretch.group];
             let mut x: Vec<f64> = self.averaged(stretch, residual).iter().map(|x| x / scale).collect();
             let is_noise: Vec<bool> = x.iter().map(|x| x.abs() < STANDS_OUT).collect();
             for own in gaps(&is_noise) {
-                // it rises and fades on both sides for as long as it stands out
+                // an outlying stretch rises and fades on both sides for about its own length
                 let around = own.start.saturating_sub(own.len())..(own.end + own.len()).min(x.len());
                 x[around].fill(f64::NAN);
             }
@@ -339,7 +339,7 @@ impl Rows {
                 sum += (weight * size) * (weight * size);
                 self.weights[n] = (weight / sigma) as f32;
             }
-            // a channel's own fault is looked for, what it rounds beside noise is noise that comes many rows at a time
+            // coarse steps are searched for as a cause; fine steps add noise that is the same for many rows in a row
             let rounded = if is_coarse { 0.0 } else { following(self.step_n, *plain_sigma) };
             let more = 1.0 + self.within_a_step * rounded / (plain_sigma * plain_sigma);
             // unit variance of what is left of the tails
@@ -352,8 +352,8 @@ impl Rows {
         }
     }
 
-    /// Chain by chain what `of` makes of the rows of its stretches; where nothing is compared the noise goes on, and rows are
-    /// missing.
+    /// Applies `of` to the stretches and joins the results chain by chain: the noise continues where nothing is
+    /// compared, and rows there are missing (NaN).
     fn chained(&self, of: impl Fn(&Stretch) -> Vec<f64>) -> Vec<Vec<f64>> {
         let of_chain = |chain: &Chain| -> Vec<f64> {
             let mut rows = Vec::new();
@@ -375,8 +375,8 @@ impl Rows {
         }))
     }
 
-    /// The same rows as Huber weighs them for a law that does not know all that acts: without the colour of the noise, and
-    /// a row that is far off (`residual`: one entry a row of all runs) pulls no more than one that is at [`HUBER`].
+    /// The same rows with Huber weights, for a law that lacks some of the causes: unwhitened, and a row far off
+    /// (`residual`: one entry per row of all runs) pulls no more than one at [`HUBER`].
     pub(crate) fn flat(&self, residual: &[f64]) -> Self {
         let mut rows = self.clone();
         rows.whiten_by(Whitening::none());
@@ -391,7 +391,7 @@ impl Rows {
         rows
     }
 
-    /// Rows that count less because they stand out: by half and more.
+    /// Number of rows down-weighted as outliers by half or more.
     pub(crate) fn tails(&self) -> usize {
         let of_group = |group: &Range<usize>| {
             let weights = &self.weights[group.clone()];
@@ -401,7 +401,7 @@ impl Rows {
         self.groups.iter().map(of_group).sum()
     }
 
-    /// The same rows, where tails count in full.
+    /// The same rows with outliers at full weight.
     pub(crate) fn with_tails(&self) -> Self {
         let mut rows = self.clone();
         for group in &self.groups {
@@ -412,7 +412,7 @@ impl Rows {
         rows
     }
 
-    /// Rows of a stretch: gaps bridged, averaged down.
+    /// Rows of a stretch with gaps bridged, averaged down.
     fn averaged(&self, stretch: &Stretch, column: &[f64]) -> Vec<f64> {
         let from = self.starts[stretch.run] + stretch.rows.start;
         let mut x = column[from..from + stretch.rows.len()].to_vec();
@@ -429,12 +429,12 @@ impl Rows {
 fn scale(x: &[f64]) -> f64 {
     let rms = (x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64).sqrt();
     let robust = robust_sigma(x);
-    // coarse quantisation makes the median 0
+    // coarse quantisation makes the robust estimate 0
     let sigma = if robust > 0.3 * rms { robust } else { rms };
     if sigma > 0.0 { sigma } else { 1e-12 }
 }
 
-/// Ranges of rows without more than `bridge` uncompared rows in a row.
+/// Ranges of rows with at most `bridge` consecutive uncompared rows.
 fn stretches(compared: &[bool], bridge: usize) -> Vec<Range<usize>> {
     let mut ranges: Vec<Range<usize>> = Vec::new();
     for n in (0..compared.len()).filter(|n| compared[*n]) {
@@ -446,7 +446,7 @@ fn stretches(compared: &[bool], bridge: usize) -> Vec<Range<usize>> {
     ranges
 }
 
-/// Inner products of a few whitened columns, block by block.
+/// Gram matrices (inner products) of a few whitened columns, block by block.
 #[derive(Clone, Debug)]
 pub(crate) struct Gram {
     pub(crate) blocks: Vec<Symmetric>,

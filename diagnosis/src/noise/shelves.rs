@@ -1,18 +1,18 @@
-//! The slow part of the noise: first-order shelves one behind the other, and how they begin.
+//! Shelves: cascaded first-order filters for the slow part of the noise, and their initial transient.
 //!
-//! Before the first row of a stretch nothing was seen of a noise that had been wandering all along. What it may have wandered
-//! by then is its stationary variance, and the filter starts as Kalman's for the noise that the shelves make white:
+//! At the first row of a stretch nothing is known of a noise that has been wandering before. Its state has the
+//! stationary covariance, and the filter starts as the Kalman filter of the noise that the shelves whiten:
 //!
 //! ```text
 //! ν = x - C·ŵ,   white = ν/√S,   ŵ' = A·ŵ + K·ν
 //! ```
 //!
-//! with one state `w` a shelf. Once `S` has come down to `D²`, that is the cascade itself, `ν = D·e`; until then the cascade
-//! runs with `K·D - B` times what comes out of it added to its states. `S` and `K` follow from Chandrasekhar's recursion,
-//! which a stationary start makes one of rank one: `P' - P = m·y·yᵀ` (Morf, Sidhu and Kailath 1974).
+//! with one state `w` per shelf. Once `S` has fallen to `D²`, this is the cascade itself, `ν = D·e`; until then the
+//! cascade runs with its output times `K·D - B` added to its states. `S` and `K` follow from Chandrasekhar's recursion,
+//! which has rank one for a stationary start: `P' - P = m·y·yᵀ` (Morf, Sidhu and Kailath 1974).
 //!
-//! Where a carriage rests, rows are missing and the noise wanders on: `ŵ' = A·ŵ`, `P' = A·P·Aᵀ + B·Bᵀ`. Behind the rest the
-//! filter knows as much less as that is long, and `S` and `K` are Riccati's:
+//! Where a carriage rests, rows are missing and the noise wanders on: `ŵ' = A·ŵ`, `P' = A·P·Aᵀ + B·Bᵀ`. After the rest
+//! the filter knows less, the longer the rest was, and `S` and `K` follow the Riccati recursion:
 //!
 //! ```text
 //! S = C·P·Cᵀ + D²,   K = (A·P·Cᵀ + B·D)/S,   P' = A·P·Aᵀ + B·Bᵀ - K·S·Kᵀ
@@ -20,19 +20,19 @@
 
 use std::sync::Arc;
 
-/// Most shelves: the slowest of them sees a million rows.
+/// Most shelves: the slowest of them spans a million rows.
 pub(super) const MOST_SHELVES: usize = 20;
 
-/// Columns that go through the shelves side by side.
+/// Columns filtered side by side.
 pub(super) const ABREAST: usize = 8;
 
-/// Excess of `S` over `D²` from which the filter has begun.
+/// Relative excess of `S` over `D²` below which the transient is over.
 const BEGUN: f64 = 1e-4;
 
-/// The same behind rows that are missing: there are many of them, and every row of a beginning costs.
+/// The same after missing rows: there are many such transients, and every row of one costs time.
 const BEGUN_AGAIN: f64 = 1e-3;
 
-/// Most rows that a beginning takes: a noise that wanders for longer is taken as known from there on.
+/// Longest transient, rows: after that the state counts as known, however slow the noise.
 const LONGEST: usize = 1 << 17;
 
 /// `H(s) = (s + ω_z)/(s + ω_p)`, bilinear.
@@ -43,7 +43,7 @@ pub(super) struct Shelf {
 }
 
 impl Shelf {
-    /// Lets the power below `frequency` (of the sampling rate) through by 1/`ratio`.
+    /// Attenuates the power below `frequency` (as a fraction of the sampling rate) by `ratio`.
     pub(super) fn new(frequency: f64, ratio: f64) -> Self {
         let omega = std::f64::consts::TAU * frequency;
         let quarter = ratio.sqrt().sqrt();
@@ -51,7 +51,7 @@ impl Shelf {
         Shelf { b: [(2.0 + zero) / (2.0 + pole), (zero - 2.0) / (2.0 + pole)], a: (pole - 2.0) / (2.0 + pole) }
     }
 
-    /// Backwards in time: what the transposed filter does, away from the ends of a stretch.
+    /// Backwards in time: the transposed filter, away from the ends of a stretch.
     fn apply_backwards(&self, x: &mut [f64]) {
         let (mut before, mut out) = (0.0, 0.0);
         for x in x.iter_mut().rev() {
@@ -62,18 +62,18 @@ impl Shelf {
         }
     }
 
-    /// Squared gain at an angle per row.
+    /// Squared gain; `cos`: cosine of the angle per row.
     fn power(&self, cos: f64) -> f64 {
         let [b0, b1] = self.b;
         (b0 * b0 + b1 * b1 + 2.0 * b0 * b1 * cos) / (1.0 + self.a * self.a + 2.0 * self.a * cos)
     }
 }
 
-/// Shelves one behind the other.
+/// Cascaded shelves.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Shelves {
     shelves: Vec<Shelf>,
-    /// Row by row from the start of a stretch: `D/√S`, then `K·D - B` of every shelf.
+    /// Transient, row by row from the start of a stretch: `D/√S`, then `K·D - B` of every shelf.
     beginning: Arc<Vec<f64>>,
 }
 
@@ -83,8 +83,8 @@ impl Shelves {
         Shelves { shelves, beginning: Arc::new(beginning) }
     }
 
-    /// How the shelves go over stretches one behind the other: rows that are missing before each (none before the first), and
-    /// its rows.
+    /// Course of the shelves over consecutive stretches, each given as the number of missing rows before it (0 for the
+    /// first) and its rows.
     pub(super) fn course(&self, stretches: &[(usize, usize)]) -> Course {
         let first =
             |(_, rows): &(usize, usize)| Passage { rows: *rows, across: Vec::new(), begins: self.beginning.clone() };
@@ -106,14 +106,14 @@ impl Shelves {
         Course(stretches.iter().enumerate().map(passage).collect())
     }
 
-    /// The rows of stretches one behind the other of several columns.
+    /// Filters the rows of consecutive stretches in several columns.
     pub(super) fn apply_all(&self, columns: &mut [Vec<f64>], course: &Course) {
         if self.shelves.is_empty() {
             return;
         }
         let mut rest = columns;
         while !rest.is_empty() {
-            // fewer than half of the places are dearer than one by one
+            // below half of the lanes, filtering columns one by one is cheaper
             let abreast = if rest.len() > ABREAST / 2 { rest.len().min(ABREAST) } else { 1 };
             let (some, others) = rest.split_at_mut(abreast);
             if abreast == 1 {
@@ -143,13 +143,13 @@ impl Shelves {
         }
     }
 
-    /// Squared gain at an angle per row.
+    /// Squared gain; `cos`: cosine of the angle per row.
     pub(super) fn power(&self, cos: f64) -> f64 {
         self.shelves.iter().map(|shelf| shelf.power(cos)).product()
     }
 }
 
-/// How shelves go over stretches one behind the other.
+/// Course of shelves over consecutive stretches.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Course(Vec<Passage>);
 
@@ -157,14 +157,14 @@ pub(crate) struct Course(Vec<Passage>);
 #[derive(Clone, Debug)]
 struct Passage {
     rows: usize,
-    /// What the rows that are missing before it make of the states, row by row of a matrix; empty at the start.
+    /// Matrix that carries the states across the missing rows, row by row; empty for the first stretch.
     across: Vec<f64>,
-    /// Row by row: `D/√S`, then `K·D - B` of every shelf.
+    /// Transient, row by row: `D/√S`, then `K·D - B` of every shelf.
     begins: Arc<Vec<f64>>,
 }
 
-/// Shelves one behind the other over rows of `N` columns. Row by row through all of them: a row waits for the one before in
-/// every shelf, but neither shelves nor columns wait for one another.
+/// Cascaded shelves over rows of `N` columns, each row through all shelves: a row depends on the one before in every
+/// shelf, but shelves and columns do not depend on one another.
 struct Cascade<'a, const N: usize> {
     shelves: &'a [Shelf],
     course: &'a Course,
@@ -225,7 +225,7 @@ impl<const N: usize> pulp::NullaryFnOnce for Cascade<'_, N> {
     }
 }
 
-/// The noise that shelves make white: `w' = A·w + B·e`, `x = C·w + D·e`.
+/// The noise that the shelves whiten: `w' = A·w + B·e`, `x = C·w + D·e`.
 struct Noise {
     a: Vec<Vec<f64>>,
     b: Vec<f64>,
@@ -237,7 +237,7 @@ impl Noise {
     fn of(shelves: &[Shelf]) -> Self {
         let states = shelves.len();
         let (mut a, mut b) = (vec![Vec::new(); states], vec![0.0; states]);
-        // what goes into a shelf from behind, of every state and of e
+        // input of a shelf, seen from the last one, as a combination of every state and e
         let (mut c, mut d) = (vec![0.0; states], 1.0);
         for (at, shelf) in shelves.iter().enumerate().rev() {
             let mut out: Vec<f64> = c.iter().map(|c| c / shelf.b[0]).collect();
@@ -255,7 +255,7 @@ impl Noise {
         self.b.iter().map(|b| self.b.iter().map(|other| b * other).collect()).collect()
     }
 
-    /// What rows that are missing make of the states, and the covariance of what they have wandered by meanwhile.
+    /// Transition matrix of the states over missing rows, and the covariance that they gain meanwhile.
     fn unseen(&self, missing: usize) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
         let states = self.b.len();
         let unit = |row: usize| (0..states).map(|column| f64::from(u8::from(row == column))).collect();
@@ -275,8 +275,8 @@ impl Noise {
         (power, wandered)
     }
 
-    /// How shelves begin that know their states as well as this, row by row as in [`Passage`]; afterwards, how well they
-    /// know them behind so many rows.
+    /// Transient of shelves whose state has the covariance `known`, row by row as in [`Passage`]; updates `known` to
+    /// that after so many rows.
     fn beginning(&self, known: &mut [Vec<f64>], rows: usize) -> Vec<f64> {
         let Noise { a, b, c, d } = self;
         let mut begins = Vec::new();
@@ -327,7 +327,7 @@ impl Noise {
     }
 }
 
-/// How shelves begin: see [`Shelves::beginning`].
+/// Transient of shelves from a stationary start: see [`Shelves::beginning`].
 fn beginning(shelves: &[Shelf]) -> Vec<f64> {
     let noise = Noise::of(shelves);
     let Noise { a, b, c, d } = &noise;
@@ -381,7 +381,7 @@ fn product(a: &[Vec<f64>], b: &[Vec<f64>]) -> Vec<Vec<f64>> {
 mod tests {
     use super::*;
 
-    /// Covariance of the noise that shelves make white, at a lag.
+    /// Covariance at a lag of the noise that shelves whiten.
     fn covariance(noise: &Noise, lag: usize) -> f64 {
         let mut of_start = noise.stationary();
         if lag == 0 {
@@ -400,7 +400,7 @@ mod tests {
         let noise = Noise::of(&shelves);
         let rows = 300;
         let lags: Vec<f64> = (0..rows).map(|lag| covariance(&noise, lag)).collect();
-        // row k of the filter's matrix T, by what comes out of a 1 at every row: T·Σ·Tᵀ = 1
+        // row k of the filter's matrix T, from its response to a unit impulse at every row: T·Σ·Tᵀ = 1
         let filter = Shelves::new(shelves);
         let mut columns: Vec<Vec<f64>> =
             (0..rows).map(|at| (0..rows).map(|n| f64::from(u8::from(n == at))).collect()).collect();
@@ -424,7 +424,7 @@ mod tests {
         let noise = Noise::of(&shelves);
         let filter = Shelves::new(shelves);
         let (first, missing, rows) = (60, 25, 180);
-        // when each row was
+        // sampling time of each row
         let at: Vec<usize> = (0..rows).map(|n| if n < first { n } else { n + missing }).collect();
         let lags: Vec<f64> = (0..rows + missing).map(|lag| covariance(&noise, lag)).collect();
         let mut columns: Vec<Vec<f64>> =
