@@ -1,53 +1,54 @@
-//! Braking that comes for tenths of a second and goes, at times that nothing tells: a cage that jams, a clamp that
+//! Bursts: braking for tenths of a second at times that nothing predicts, such as a cage that jams or a clamp that
 //! touches.
 //!
-//! Noise that is learnt from such a rest has its spectrum, and whitening hides it. In averages it stands out: whatever the
-//! noise remembers, nearly all of them are as far from those around them as noise is, a few are many times farther, and
-//! those brake.
+//! Noise estimated from such a residual has its spectrum, and whitening hides it. In averages over time it stands out:
+//! whatever the correlation of the noise, nearly all averages deviate from their neighbours as noise does, a few
+//! deviate many times more, and those brake.
 
 use crate::beside::events::BUILT_UP_M;
 use crate::noise::locks::least_of;
 use crate::numbers::statistics::{median, robust_sigma};
 use crate::recording::side::Side;
 
-/// Times that are averaged over, s.
+/// Averaging times, s.
 const AVERAGED_S: [f64; 4] = [0.1, 0.2, 0.4, 0.8];
 
-/// Averages that begin within the length of one: a burst that lies across two of them shows in a third.
+/// Averages begun per averaging time: a burst that lies across two of them falls into a third.
 const OVERLAP: usize = 4;
 
-/// Averages to either side whose median one is held against, in lengths of one: what changes more slowly is no burst.
+/// Averages to either side, in averaging times, whose median is the reference: a slower change is no burst.
 const AROUND: usize = 4;
 
-/// Fewest rows of an average: those of noise with tails have none any more.
+/// Fewest rows of an average: with so many, heavy-tailed noise has no tails left.
 const FEWEST_ROWS: usize = 8;
 
-/// Lengths of averages that a part must have for its scale to be told.
+/// Least length of a part for its scale to be estimated, in averaging times.
 const FEWEST: usize = 12;
 
-/// Distance from those around, over the scale of averages, of one that stands out. None of 900 averages of Gaussian noise is
-/// beyond 5, and a scale of few averages is off by a sixth. Of 114 clean opened recordings (trial 11) none has more than one
-/// that brakes beyond two for every one that pushes.
+/// Distance from the neighbours, in units of the scale of averages, from which one stands out. None of 900 averages of
+/// Gaussian noise is beyond 5, and a scale from few averages is off by a sixth. Of 114 clean opened recordings (trial
+/// 11) none has more than one average that brakes beyond two for every one that pushes.
 const OUTSTANDING: f64 = 6.0;
 const OUTSTANDING_OF_NOISE: f64 = 5.0;
 
-/// Distance from the middle of its part, over the scale of rows, beyond which a row counts as if it were there: one row that
-/// noise with tails throws far is no braking that lasts.
+/// Distance from the median of its part, in units of the scale of rows, at which a row is clipped: one far row of
+/// heavy-tailed noise is no lasting braking.
 const FARTHEST: f64 = 4.0;
 
-/// The same, of [`OUTSTANDING`], of rows as they are, for an average that is half as far out without them: what is so high is one,
-/// however little of its height counts. Two of them are enough.
+/// Distance of an unclipped average, in units of its outstanding distance, that suffices if its clipped value is half
+/// as far out as [`OUTSTANDING`] asks: so high a burst counts, however little clipping leaves of it. Two of them are
+/// enough.
 const TOWERING: f64 = 3.0;
 const FEWEST_TOWERING: usize = 2;
 
-/// Part of that distance at which an average still lies in a burst.
+/// Share of the outstanding distance at which an average still belongs to a burst.
 const HALF: f64 = 0.5;
 
-/// Fewest bursts that brake, and how many more for one that pushes.
+/// Fewest bursts that brake, and how many more are needed for each one that pushes.
 const FEWEST_BURSTS: usize = 3;
 const FOR_ONE_THAT_PUSHES: usize = 2;
 
-/// What bursts there are.
+/// The bursts of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bursts {
     /// Squared force, mean over all compared rows, N².
@@ -56,7 +57,7 @@ pub(crate) struct Bursts {
     pub(crate) p: f64,
 }
 
-/// Looks for bursts in what the law leaves; `left` has an entry a row of all runs.
+/// Searches for bursts in the law's residual; `left`: one entry per row of all runs.
 pub(crate) fn bursts(side: &Side<'_>, left: &[f64]) -> Option<Bursts> {
     let (mut parts, mut start) = (Vec::new(), 0);
     for context in &side.contexts {
@@ -73,13 +74,13 @@ pub(crate) fn bursts(side: &Side<'_>, left: &[f64]) -> Option<Bursts> {
     }
     let rows = side.compared.iter().filter(|compared| **compared).count();
     let found: Vec<Bursts> = AVERAGED_S.iter().filter_map(|averaged_s| of_length(&parts, *averaged_s, rows)).collect();
-    // averages of about their length have most of their force
+    // averages of about the bursts' length have most of their force
     let power_n2 = found.iter().map(|bursts| bursts.power_n2).fold(0.0, f64::max);
     let p = least_of(found.iter().map(|bursts| bursts.p));
     (!found.is_empty()).then_some(Bursts { power_n2, p })
 }
 
-/// Those that last for about so long. `parts`: time between two rows, and the rows.
+/// Bursts of about one length. `parts`: time between two rows, and the rows.
 fn of_length(parts: &[(f64, Vec<f64>)], averaged_s: f64, rows: usize) -> Option<Bursts> {
     let (mut braking, mut towering, mut pushing, mut averages, mut squares) = (0, 0, 0, 0, 0.0);
     for (step_s, part) in parts {
@@ -100,19 +101,19 @@ fn of_length(parts: &[(f64, Vec<f64>)], averaged_s: f64, rows: usize) -> Option<
 
 /// Averages of one part.
 struct Averages {
-    /// From the median of those around, N, of rows no farther than [`FARTHEST`]; `None` where half of one or more is not
-    /// compared.
+    /// Deviation from the median of the neighbours, N, with rows clipped at [`FARTHEST`]; `None` where half of an
+    /// average's rows or more are not compared.
     from_others: Vec<Option<f64>>,
-    /// The same of rows as they are.
+    /// The same of unclipped rows.
     in_full: Vec<Option<f64>>,
-    /// Rows from one to the next.
+    /// Rows from one average to the next.
     step: usize,
-    /// Distance from which one stands out, N.
+    /// Deviation from which an average stands out, N.
     outstanding_n: f64,
 }
 
 impl Averages {
-    /// `None` where too few tell their scale.
+    /// `None` where too few averages determine their scale.
     fn of(part: &[f64], width: usize) -> Option<Self> {
         if part.len() < FEWEST * width {
             return None;
@@ -139,7 +140,7 @@ impl Averages {
         };
         let (in_full, from_others) = (from_others(part), from_others(&clipped));
         let told: Vec<f64> = from_others.iter().flatten().copied().collect();
-        // what is smaller than the noise of a row a bump of the rail or the remains of the law may be as well
+        // anything below the noise of a row may as well be a bump of the rail or a remainder of the law
         let scale = robust_sigma(&told);
         let outstanding_n = (OUTSTANDING * scale).max(scale_of_rows);
         (told.len() * step >= FEWEST * width && scale > 0.0).then_some(Averages {
@@ -150,12 +151,13 @@ impl Averages {
         })
     }
 
-    /// How many stand out to this side, +1 for what brakes. What begins within the length of an average is one.
+    /// Number of bursts to one side, +1 for those that brake; what begins within the length of one average is one
+    /// burst.
     fn bursts(&self, side: f64) -> usize {
         self.count(|clipped, full| side * clipped > self.outstanding_n || self.towers(side, clipped, full))
     }
 
-    /// How many of them tower.
+    /// Number of those that tower over the others (see [`TOWERING`]).
     fn towering(&self, side: f64) -> usize {
         self.count(|clipped, full| self.towers(side, clipped, full))
     }
@@ -171,9 +173,9 @@ impl Averages {
         standing.chunk_by(|a, b| b - a <= OVERLAP).count()
     }
 
-    /// Squared force of those to this side, summed over rows, N².
+    /// Squared force of the bursts to one side, summed over rows, N².
     fn squares_n2(&self, side: f64) -> f64 {
-        // what lies across the end of one has a part of its force
+        // averages across the end of a burst have a part of its force
         let lies_in = |(clipped, full): &(&Option<f64>, &Option<f64>)| {
             let is_beyond = |x: Option<f64>, share: f64| x.is_some_and(|x| side * x > share * self.outstanding_n);
             is_beyond(**clipped, HALF) && is_beyond(**full, 1.0)
@@ -187,7 +189,7 @@ impl Averages {
 mod tests {
     use super::*;
 
-    /// Noise that remembers, normal by the sum of twelve.
+    /// Correlated noise, normal as the sum of twelve uniform numbers.
     fn noise(rows: usize, memory: f64) -> Vec<f64> {
         let (mut state, mut x) = (5u64, 0.0);
         let mut uniform = || {
@@ -212,7 +214,7 @@ mod tests {
         let jammed: Vec<f64> = red.iter().enumerate().map(|(n, x)| x + jams(n)).collect();
         let found = of_length(&parts(&jammed), 0.4, 20_000).expect("they stand out");
         assert!(found.p < 1e-12 && (0.3..0.9).contains(&found.power_n2), "{found:?}");
-        // rows that noise with tails throws far, to the side that brakes
+        // far rows of heavy-tailed noise, to the side that brakes
         let thrown: Vec<f64> =
             red.iter().enumerate().map(|(n, x)| x + if n % 1900 == 1000 { 60.0 } else { 0.0 }).collect();
         assert_eq!(AVERAGED_S.map(|s| of_length(&parts(&thrown), s, 20_000)), [None; 4]);

@@ -1,7 +1,7 @@
-//! Spots that add friction where they are rolled over, at places that do not repeat: dirt in the contacts.
+//! Spots: added friction where they are rolled over, at places that do not repeat, as of dirt in the contacts.
 //!
 //! No curve follows them, but each is short, all brake, and all have one length along the rail whatever the speed. An
-//! electrical spike has one duration instead, and either sign; a joint of the rail is met again in every pass.
+//! electrical spike has one duration instead, and either sign; a rail joint is met again in every pass.
 
 use crate::beside::pulses::{OUTSTANDING, Track, Width, outstanding, scores};
 use crate::noise::rows::Rows;
@@ -9,106 +9,109 @@ use crate::numbers::rounding::quantum;
 use crate::numbers::statistics::{line, median, robust_sigma, scatter};
 use crate::recording::side::Side;
 
-/// Lengths that are tried, m: from the contact of a ball with the rail to a few of them, as far apart as a matched filter
-/// that is off by that much still sees nearly all.
+/// Lengths that are tried, m: from the contact of a ball with the rail to a few of them, each √2 times the one before:
+/// a matched filter that is off by that much still sees nearly all.
 const SHORTEST_M: f64 = 3e-4;
 const LENGTHS: i32 = 8;
 
-/// Durations that are tried, by the same ratio: from one row to those of a spot at the lowest speed.
+/// Number of durations that are tried, at the same ratio: from one row to the duration of a spot at the lowest speed.
 const DURATIONS: i32 = 15;
 
-/// p-value of as many that brake and so few that push, over all lengths, below which spots are no chance: eleven of
-/// eleven; or of so high ones, fewer.
+/// p-value, over all lengths, below which spots are not chance: of so many that brake beside so few that push (eleven
+/// of eleven are enough), or of fewer but very high ones.
 const CHANCE: f64 = 4e-3;
 
-/// Exponent of the heaviest tails that noise is granted, those of Student's t of three degrees of freedom.
+/// Exponent of the heaviest noise tails that are allowed for: Student's t with three degrees of freedom.
 const TAIL: f64 = 3.0;
 
-/// Squared score above which a spot is no more evidence: what spots have in common the largest alone do not tell.
+/// Largest squared score that counts for one spot: the largest alone do not tell what all have in common.
 const MOST_OF_ONE: f64 = 100.0;
 
-/// Travel behind a reversal or a start, m, where friction builds up: its leftovers are as long as a spot, and stand out as bursts do.
+/// Travel after a reversal or a start over which friction builds up, m: what is left there is as long as a spot, and
+/// stands out like a burst.
 pub(crate) const BUILT_UP_M: f64 = 3e-3;
 
-/// Travel to either side, m, over which the speed must not change by more than this share: the force of inertia and
-/// whatever follows the speed have the length of a spot where it does.
+/// Travel to either side, m, over which the speed may change by at most this share: otherwise the force of inertia, and
+/// whatever follows the speed, has the length of a spot.
 const STEADY_M: f64 = 2e-3;
 const STEADY: f64 = 0.2;
 
-/// Step of a channel, of the spread of what is left in a part, from which noise does not carry it over its steps, and it
-/// flips between two of them for as long as a spot lasts: what is rounded to it and nothing else has the spread of 0.37 steps.
+/// Quantisation step, as a multiple of the residual's spread in a part, from which noise no longer dithers the channel,
+/// so that it flips between two steps for as long as a spot lasts: rounding alone has a spread of 0.37 steps.
 const FLIPPING: f64 = 2.0;
 
-/// Distance of places that are the same, m, and share of all passes over the places of spots that meet one again, from
-/// which spots are fixed to the rail: five times as many as the densest dirt would by chance.
+/// Distance within which places count as the same, m, and share of all passes over the spots' places that meet a spot
+/// again, from which spots are fixed to the rail: five times as many as the densest dirt would give by chance.
 const SAME_M: f64 = 1e-3;
 const MET_AGAIN: f64 = 0.2;
 
-/// Score that something pushes by in any recording.
+/// Score that pushing noise reaches in any recording.
 const ORDINARY: f64 = 2.0;
 
-/// Fewest spots, however high: that they come at random is said of no two.
+/// Fewest spots, however high: no two are enough to say that they come at random.
 const FEWEST: usize = 4;
 
-/// Height of a spot that is none above what is around it, N: half of them must have more.
+/// Height of a spot that does not exceed its surroundings, N: half of all spots must have more.
 const NOTHING_N: f64 = 1e-12;
 
-/// Height, in steps of the channel, up to which a spot may be one count more: those that were seen where there was no dirt
-/// had 1.01 and 1.02 (docs/trials/18, 20).
+/// Height, in quantisation steps, up to which a spot may be a single count: those seen where there was no dirt had 1.01
+/// and 1.02 (docs/trials/18, 20).
 const ONE_COUNT: f64 = 1.5;
 
-/// Rows of a spot from which its length is told.
+/// Rows of a spot from which its length is resolved.
 const RESOLVED: f64 = 3.0;
 
-/// Fewest resolved spots that tell, and spread of the logarithm of their speed without which distance and time are one.
+/// Fewest resolved spots for a conclusion, and the spread of their log speeds below which length and duration cannot be
+/// told apart.
 const FEW: usize = 6;
 const SPREAD: f64 = 0.3;
 
-/// Slope of the logarithm of length over that of speed: 0 for one length, 1 for one duration.
+/// Slope of log length over log speed that divides the two: 0 for one length, 1 for one duration.
 const LIKE_DURATION: f64 = 0.5;
 
-/// Part of a score that a pulse loses for a shape that is not the triangle's: by less than that no width fits better.
+/// Relative loss of a score by a pulse that is no triangle: only a larger difference makes another width fit better.
 const OTHER_SHAPE: f64 = 0.1;
 
-/// Part of the noise of a score that another width does not share: pulses whose widths differ by √2 have most rows in common.
+/// Share of a score's noise that another width does not have in common: pulses whose widths differ by √2 share most
+/// rows.
 const OWN_NOISE: f64 = 0.5;
 
-/// Lengths of a spot to either side that it still reaches into, and rows, at least.
+/// Reach of a spot to either side, in its lengths, and at least, in rows.
 const REACH: f64 = 2.0;
 const MARGIN: usize = 2;
 
-/// Travel to either side of a spot over which its baseline is taken, m: several times its length.
+/// Travel to either side of a spot that its baseline is taken from, m: several spot lengths.
 const BASELINE_M: f64 = 4e-3;
 
-/// Rows to either side of a spot for its baseline, at least.
+/// Least number of rows to either side of a spot for its baseline.
 const BASELINE_ROWS: usize = 15;
 
-/// A positive number and the standard deviation of its logarithm.
+/// A positive number, and the standard deviation of its logarithm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Number {
     pub(crate) value: f64,
     pub(crate) relative: f64,
 }
 
-/// What the spots have in common.
+/// Common properties of the spots.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Spots {
-    /// How many the block rolls over in a metre.
+    /// Number that the block rolls over per metre.
     pub(crate) per_m: Number,
     /// Length along the rail, m.
     pub(crate) length_m: Number,
     /// Height, N.
     pub(crate) force_n: Number,
-    /// Squared force, summed over their rows, N².
+    /// Squared force, summed over the spots' rows, N².
     pub(crate) squares_n2: f64,
-    /// p-value of as many spots that push as brake.
+    /// p-value of the hypothesis that spots push as often as they brake.
     pub(crate) p: f64,
-    /// Rows that they reach, of all runs laid end to end.
+    /// Rows within reach of a spot; all runs concatenated.
     pub(crate) rows: Vec<bool>,
 }
 
 impl Spots {
-    /// The search has nothing to say of their rows, and they would draw it to whatever brakes.
+    /// Removes their rows from the training rows, where they would bias the search towards anything that brakes.
     pub(crate) fn set_aside(&self, training: &mut [bool]) {
         for (training, spot) in training.iter_mut().zip(&self.rows) {
             *training &= !spot;
@@ -119,16 +122,16 @@ impl Spots {
 /// Pulses of one width.
 struct Pulses {
     scores: Vec<Vec<f64>>,
-    /// Track and row of those that brake, and how many push.
+    /// Track and row of those that brake, and the number of those that push.
     braking: Vec<(usize, usize)>,
     pushing: usize,
-    /// Squared scores of those that brake, less those of the others; no single one counts for much.
+    /// Squared scores of those that brake, less those of the others, each limited to [`MOST_OF_ONE`].
     evidence: f64,
-    /// The same of the scores as they are.
+    /// Sum of the scores, unlimited.
     sum: f64,
 }
 
-/// Looks for spots in what no curve follows. `compared` and `left` have an entry a row of all runs.
+/// Searches for spots in the residual of all curves. `compared` and `left`: one entry per row of all runs.
 pub(crate) fn spots(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64]) -> Option<Spots> {
     let tracks = tracks(side, rows, compared, left);
     let lengths: Vec<(f64, Pulses)> =
@@ -144,7 +147,8 @@ pub(crate) fn spots(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64
     if is_of_duration(&tracks, &lengths, best) || is_fixed(side, &tracks, &spots.braking) {
         return None;
     }
-    // what is as short as the contact of a ball, or shorter, nothing rolled over, and what is longer than all is no spot
+    // at the shortest length it may be shorter than a ball's contact, which nothing rolled over has; the longest is no
+    // spot
     let longest_m = lengths.last().map_or(0.0, |(length_m, _)| *length_m);
     let spots = described(&tracks, &lengths, best, p, left, side);
     let is_one = (1.01 * SHORTEST_M..0.99 * longest_m).contains(&spots.length_m.value);
@@ -152,7 +156,7 @@ pub(crate) fn spots(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64
     (is_one && spots.force_n.value > NOTHING_N.max(ONE_COUNT * step_n)).then_some(spots)
 }
 
-/// Numbers each √2 times the one before.
+/// Geometric series with ratio √2.
 fn ladder(from: f64, count: i32) -> impl Iterator<Item = f64> {
     (0..count).map(move |step| from * (0.5 * f64::from(step)).exp2())
 }
@@ -190,7 +194,7 @@ fn tracks(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64]) -> Vec<
     tracks
 }
 
-/// Rows where nothing but a spot has the shape of one.
+/// Rows where only a spot can have the shape of one.
 fn told(track: &Track) -> Vec<bool> {
     let (x, v) = (&track.travel_m, &track.speed_m_s);
     let (mut from, mut to) = (0, 0);
@@ -238,7 +242,7 @@ fn at_least(heads: usize, tails: usize) -> f64 {
     p.min(1.0)
 }
 
-/// Probability of braking that stands so high above the highest that pushes.
+/// Probability of braking so far above the highest that pushes.
 fn so_high(tracks: &[Track], spots: &Pulses) -> f64 {
     if spots.braking.len() < FEWEST {
         return 1.0;
@@ -251,23 +255,23 @@ fn so_high(tracks: &[Track], spots: &Pulses) -> f64 {
     beyond(spots.braking.iter().map(|(track, n)| spots.scores[*track][*n]).collect(), pushing)
 }
 
-/// Probability of scores so far beyond the highest of the other sign, where noise has the same tails to both sides.
+/// Probability of scores so far beyond the highest of the opposite sign, if noise has equal tails on both sides.
 ///
 /// ```text
 /// k scores beyond c times the highest of the others:  p = (1 + c^a)^-k,  a: exponent of the tails
 /// ```
 ///
-/// Beyond the highest of the others as many are expected as an exponential number of mean 1 tells, and `c^-a` times as
-/// many beyond `c` times it. The best of all `k`, each of which may use `2^-k` of the level.
+/// The number expected beyond the highest of the others is exponential with mean 1, and beyond `c` times it is `c^-a`
+/// of that. The result is the best over all `k`, each of which may use `2^-k` of the level.
 fn beyond(mut scores: Vec<f64>, highest_of_others: f64) -> f64 {
     scores.sort_by(|a, b| b.total_cmp(a));
     let of = |(k, score): (usize, &f64)| (2.0 / (1.0 + (score / highest_of_others).powf(TAIL))).powf(k as f64 + 1.0);
     scores.iter().enumerate().map(of).fold(1.0, f64::min)
 }
 
-/// Whether spots may as well have one duration: pulses of some duration fit clearly better, or, where too few spots are
-/// resolved for their lengths to tell, nearly as well. That all of them brake tells nothing: so do the bursts of a plain
-/// screw.
+/// Whether spots may as well have one duration: pulses of some duration fit clearly better or, where too few spots are
+/// resolved for their lengths to tell, nearly as well. That all of them brake tells nothing: so do the bursts of a
+/// plain screw.
 fn is_of_duration(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize) -> bool {
     let row_s = tracks.iter().map(|track| track.step_s).fold(f64::INFINITY, f64::min);
     let spots = &lengths[best].1.braking;
@@ -285,21 +289,22 @@ fn is_of_duration(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize) -> b
     ahead < -OTHER_SHAPE || line(&speeds.iter().copied().zip(own).collect::<Vec<_>>()).1 > LIKE_DURATION
 }
 
-/// How well pulses of one width fit spots: mean logarithm of their scores, so that the highest alone do not tell. Noise makes
-/// that of a score `s` scatter by `1/s`.
+/// Fit of pulses of one width to spots: mean logarithm of their scores, so that the highest alone do not decide. Noise
+/// makes the logarithm of a score `s` scatter by `1/s`.
 fn fitting(pulses: &Pulses, spots: &[(usize, usize)]) -> f64 {
     spots.iter().map(|spot| peak(pulses, *spot).ln()).sum::<f64>() / spots.len() as f64
 }
 
-/// Highest score in the rows next to a spot: pulses of another width may peak beside it. What noise shows anywhere is the least.
+/// Highest score in the rows next to a spot, because pulses of another width may peak beside it; at least 1, what noise
+/// shows.
 fn peak(pulses: &Pulses, (track, n): (usize, usize)) -> f64 {
     let scores = &pulses.scores[track];
     scores[n.saturating_sub(MARGIN)..scores.len().min(n + MARGIN + 1)].iter().fold(1.0, |most, score| most.max(*score))
 }
 
-/// Logarithms of speed and of length, of the spots at speeds at which the best length lasts for several rows. Speed alone
-/// chooses: of fast ones, only those that noise makes long would pass a look at their own rows, and length would seem to
-/// grow with speed.
+/// Log speed and log length of the spots at speeds at which the best length lasts for several rows. Only the speed
+/// selects: selected by their own rows, of fast spots only those would pass that noise makes long, and length would
+/// seem to grow with speed.
 fn resolved(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize) -> Vec<(f64, f64)> {
     let (best_m, spots) = &lengths[best];
     let speed = |(track, n): &(usize, usize)| tracks[*track].speed_m_s[*n];
@@ -307,21 +312,21 @@ fn resolved(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize) -> Vec<(f6
     spots.braking.iter().filter(is_resolved).map(|spot| (speed(spot).ln(), own_length_m(lengths, *spot).ln())).collect()
 }
 
-/// Length at which a spot stands out most, m.
+/// Length at which one spot stands out most, m.
 fn own_length_m(lengths: &[(f64, Pulses)], (track, n): (usize, usize)) -> f64 {
     let score = |pulses: &Pulses| pulses.scores[track][n];
     lengths.iter().max_by(|a, b| score(&a.1).total_cmp(&score(&b.1))).map_or(0.0, |(length_m, _)| *length_m)
 }
 
-/// Length at which all spots together stand out most, m, if that is surely longer than the shortest: few rows of one do not
-/// tell how long it is.
+/// Length at which all spots together stand out most, m, if it is significantly longer than the shortest: the few rows
+/// of one spot do not tell its length.
 fn together_m(lengths: &[(f64, Pulses)], count: f64) -> Option<f64> {
     let (_, shortest) = lengths.first()?;
     let (longer_m, longer) = lengths.iter().max_by(|a, b| a.1.sum.total_cmp(&b.1.sum))?;
     (longer.sum > shortest.sum + count.sqrt()).then_some(*longer_m)
 }
 
-/// Whether what brakes is met again where the block passes its place again.
+/// Whether braking is met again where the block passes its place again.
 fn is_fixed(side: &Side<'_>, tracks: &[Track], spots: &[(usize, usize)]) -> bool {
     let position_m: Vec<f64> = side.contexts.iter().flat_map(|context| &context.motion.position_m).copied().collect();
     let of = |(track, n): &(usize, usize)| position_m[tracks[*track].rows.start + n];
@@ -339,12 +344,12 @@ fn is_fixed(side: &Side<'_>, tracks: &[Track], spots: &[(usize, usize)]) -> bool
         }
         met += places_m.iter().filter(|other| (*other - place_m).abs() < SAME_M).count();
     }
-    // every spot has one pass and one meeting of its own
+    // every spot counts one pass and one meeting of its own
     let (passes, met) = (passes.saturating_sub(places_m.len()), met.saturating_sub(places_m.len()));
     passes > 0 && met as f64 > MET_AGAIN * passes as f64
 }
 
-/// What the spots of the best length have in common. `left` has an entry a row of all runs.
+/// Common properties of the spots at the best length. `left`: one entry per row of all runs.
 fn described(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize, p: f64, left: &[f64], side: &Side<'_>) -> Spots {
     let (length_m, spots) = &lengths[best];
     let count = spots.braking.len() as f64;
@@ -379,7 +384,7 @@ fn described(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize, p: f64, l
     let is_shortest = of_each.value < 1.01 * SHORTEST_M;
     let together_m = if is_shortest { together_m(lengths, count) } else { None };
     Spots {
-        // as many as chance, and places without number, make of them
+        // Poisson count of independent places
         per_m: Number { value: count / travel_m.max(1e-9), relative: 1.0 / count.max(1.0).sqrt() },
         length_m: Number { value: together_m.unwrap_or(of_each.value), ..of_each },
         force_n: typical(&heights_n),
@@ -389,8 +394,8 @@ fn described(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize, p: f64, l
     }
 }
 
-/// Height of a pulse above what is around it, N, and its squared force, summed over its rows, N²: least squares with the
-/// triangle.
+/// Height of a pulse above its surroundings, N, and its squared force, summed over its rows, N²: least-squares fit of
+/// the triangle.
 fn height(track: &Track, at: usize, length_m: f64, left: &[f64], against: &[f64]) -> (f64, f64) {
     let braking = |n: usize| left[track.rows.start + n] * against[track.rows.start + n];
     let away_m = |n: usize| (track.travel_m[n] - track.travel_m[at]).abs();
@@ -405,7 +410,8 @@ fn height(track: &Track, at: usize, length_m: f64, left: &[f64], against: &[f64]
     (along / squared.max(1.0), along * along / squared.max(1.0))
 }
 
-/// Median of numbers told by their logarithms; the median of normal numbers scatters by 1.25 times their mean's.
+/// Median of numbers given by their logarithms; the median of normal numbers scatters by 1.25 times as much as their
+/// mean.
 fn typical(logarithms: &[f64]) -> Number {
     let relative = 1.25 * scatter(logarithms) / (logarithms.len().max(1) as f64).sqrt();
     Number { value: median(logarithms.to_vec()).unwrap_or(0.0).exp(), relative }
@@ -434,13 +440,13 @@ mod tests {
             Pulses { scores, braking: Vec::new(), pushing: 0, evidence: 0.0, sum: 0.0 }
         };
         let spots = [(0, 2), (1, 0)];
-        // the second lies beside its row, and where nothing is seen a score counts for no less than noise shows
+        // the second lies beside its row, and where nothing is seen a score counts as that of noise
         let (all, highest) = (of([90.0, 5.0, 20.0, 0.0]), of([100.0, -3.0, 0.0, 0.5]));
         assert!((fitting(&all, &spots) - (90.0f64 * 20.0).ln() / 2.0).abs() < 1e-12);
         assert!((fitting(&highest, &spots) - 100.0f64.ln() / 2.0).abs() < 1e-12);
     }
 
-    /// Both sides have tails of the exponent that is granted: no more than a level's share of recordings falls below it.
+    /// Both signs have tails with the allowed exponent: no more than the level's share of recordings falls below it.
     #[test]
     fn tails_as_heavy_as_granted_are_no_more_often_so_high_than_said() {
         let mut state = 7u64;

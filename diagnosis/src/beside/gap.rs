@@ -1,12 +1,13 @@
-//! Play of a few micrometres: passed within the rows around a reversal that are not compared, because the speed is not
-//! resolved there. The force itself is: it is nothing up to one travel behind the reversal and all of the law's beyond it.
+//! Play of a few micrometres, passed within the rows around a reversal that are not compared because the speed is not
+//! resolved there. The force is resolved: it is 0 up to a certain travel after the reversal and the law's full force
+//! beyond it.
 //!
 //! ```text
 //! r = F/F_law      empty: |r| < 1/4      full: |r - 1| < 0.3
 //! ```
 //!
-//! Presliding passes through every share in between, and begins where the force was before. What comes late is late by a
-//! time: the travel at which it becomes full is another one behind every slow reversal and every fast one.
+//! Presliding passes through every share in between, and starts from the previous force. A delayed force is delayed by
+//! a time: the travel at which it becomes full differs between slow and fast reversals.
 
 use std::collections::BTreeSet;
 
@@ -15,44 +16,46 @@ use simulation::mechanism::Context;
 use crate::numbers::statistics::median;
 use crate::recording::side::Side;
 
-/// Travel behind a reversal within which play is looked for, m.
+/// Travel after a reversal within which play is searched for, m.
 const FARTHEST_M: f64 = 2e-4;
 
-/// Travel below which no encoder says that the carriage has moved, m.
+/// Travel below which no encoder shows that the carriage has moved, m.
 const LEAST_M: f64 = 3e-7;
 
-/// Force of the law, of the noise from row to row, below which a row is neither empty nor full.
+/// Least force of the law, as a multiple of the noise from row to row, for a row to be judged empty or full.
 const STANDS_OUT: f64 = 12.0;
 
-/// Shares of the law's force.
+/// Limits for an empty and for a full row, as shares of the law's force.
 const EMPTY: f64 = 0.25;
 const FULL: f64 = 0.3;
 
-/// Share of the rows before the edge that must be empty, and of those beyond it that must be full, and what is beyond, of
-/// the gap: it closes over some of its length, and a spring that is empty before is not yet full there.
+/// Least share of rows before the edge that are empty, and of rows in the range beyond it that are full; and that
+/// range, in multiples of the gap: the gap closes over some of its length, and a spring, which is empty at first as
+/// well, would not be full there.
 const SHARP: f64 = 0.85;
 const BEYOND: [f64; 2] = [1.7, 5.0];
 
-/// Fewest reversals that show an empty row.
+/// Fewest reversals with an empty row.
 const FEWEST: usize = 5;
 
-/// Rows on the wrong side of the best edge in time, more than of the best in travel, without which the two are one.
+/// Rows on the wrong side of the best edge in time, in excess of those of the best edge in travel, that are needed to
+/// tell the two apart.
 const TOLD: usize = 5;
 
-/// Rows on the wrong side of an edge, more than of the best, that it may have.
+/// Rows on the wrong side that an edge may have in excess of the best edge and still lie in the interval.
 const WORSE: usize = 2;
 
 /// Play that the force shows.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Gap {
-    /// Travel without force, m, and where it may as well end.
+    /// Travel without force, m, and its interval.
     pub(crate) gap_m: f64,
     pub(crate) ci95_m: [f64; 2],
     /// p-value of so many empty rows by chance.
     pub(crate) p: f64,
 }
 
-/// One row behind a reversal.
+/// One row after a reversal.
 #[derive(Clone, Copy, Debug)]
 struct Row {
     turn: usize,
@@ -71,13 +74,13 @@ impl Row {
     }
 }
 
-/// Looks for it, but not in rows that are `held` back. `simulated_n`: force of the simulation; both an entry a row of all
-/// runs.
+/// Searches for play, except in rows that are `held` back. `simulated_n`: force of the simulation; both have one entry
+/// per row of all runs.
 pub(crate) fn gap(side: &Side<'_>, simulated_n: &[f64], held: &[bool]) -> Option<Gap> {
     of_rows(&rows(side, simulated_n, held))
 }
 
-/// Rows behind reversals, nearest first.
+/// Rows after reversals, by increasing travel.
 fn rows(side: &Side<'_>, simulated_n: &[f64], held: &[bool]) -> Vec<Row> {
     let (mut rows, mut turn, mut start) = (Vec::new(), 0, 0);
     for context in &side.contexts {
@@ -106,13 +109,14 @@ fn rows(side: &Side<'_>, simulated_n: &[f64], held: &[bool]) -> Vec<Row> {
     rows
 }
 
-/// Whether the carriage comes to a row and leaves it: what rests takes no force, whatever a program's column says of it.
+/// Whether the carriage moves into a row and out of it: at rest there is no friction force, whatever a simulation's
+/// column says.
 fn is_under_way(context: &Context<'_>, row: usize) -> bool {
     let moves = |row: usize| (context.travel_m[row] - context.travel_m[row - 1]).abs() > LEAST_M;
     !context.at_rest[row] && row > 0 && row + 1 < context.len() && moves(row) && moves(row + 1)
 }
 
-/// `rows`: nearest first.
+/// `rows`: by increasing travel.
 fn of_rows(rows: &[Row]) -> Option<Gap> {
     let wrong = wrong(rows);
     let least = wrong.iter().copied().min()?;
@@ -138,12 +142,12 @@ fn of_rows(rows: &[Row]) -> Option<Gap> {
     let may_be = |at: &usize| wrong[*at] <= least + WORSE;
     let from = (0..wrong.len()).find(may_be).map_or(gap_m, edge_m);
     let to = (0..wrong.len()).rev().find(may_be).map_or(gap_m, edge_m);
-    // as rarely empty as beyond the edge
+    // rate of empty rows beyond the edge: the chance level
     let rate = (1 + beyond.iter().filter(|row| row.is_empty()).count()) as f64 / (2 + beyond.len()) as f64;
     Some(Gap { gap_m, ci95_m: [from, to], p: rate.powi(turns as i32) })
 }
 
-/// Rows on the wrong side of an edge before each row, and behind the last.
+/// Rows on the wrong side of an edge before each row, and after the last.
 fn wrong(rows: &[Row]) -> Vec<usize> {
     let mut wrong = vec![rows.iter().filter(|row| row.is_empty()).count()];
     for row in rows {
@@ -157,7 +161,8 @@ fn wrong(rows: &[Row]) -> Vec<usize> {
 mod tests {
     use super::*;
 
-    /// Reversals of other accelerations each, 200 rows a second; the share of the force that arrives by travel and time.
+    /// Reversals, each with another acceleration, at 200 rows per second; given: the share of the force by travel and
+    /// time.
     fn reversals(share: impl Fn(f64, f64) -> f64) -> Vec<Row> {
         let mut rows = Vec::new();
         for turn in 0..40 {
@@ -189,7 +194,7 @@ mod tests {
             assert_eq!(of_rows(&reversals(|x, _| 1.0 - (-x / length_m).exp())), None, "spring {length_m}");
         }
         assert_eq!(of_rows(&reversals(|_, _| 1.0)), None);
-        // where all reversals are alike, a travel and a time are one
+        // where all reversals are alike, travel and time cannot be told apart
         let alike = |turn| (1..30).map(move |n| (turn, 1e-6 * f64::from(n * n), 0.005 * f64::from(n)));
         let rows: Vec<Row> = (0..40)
             .flat_map(alike)

@@ -1,10 +1,10 @@
-//! What shows without a fit: in a channel, or in the noise before it is learnt.
+//! Searches without a fit: in a channel, or in the noise before it is estimated.
 //!
 //! ```text
-//! speed        a recorded speed that is worse than that of the position
-//! ringing      a structure that rings, taken for noise; spectra: what stands out at every speed
-//! events       spots that no form of the library has a place for; pulses: what finds them
-//! bursts       what brakes for tenths of a second
+//! speed        a recorded speed that is noisier than one derived from the position
+//! ringing      a structure that rings, mistaken for noise; spectra: peaks at every speed
+//! events       spots that no form of the library represents; pulses: the matched filter that finds them
+//! bursts       braking for tenths of a second
 //! gap          play of a few micrometres
 //! ```
 

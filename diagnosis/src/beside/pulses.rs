@@ -1,47 +1,48 @@
-//! Short pulses of one width, looked for everywhere: a matched filter behind the noise filter.
+//! Pulses: a matched filter for short pulses of one width, behind the noise filter.
 //!
-//! For a pulse `s` in a mismatch `r` that the noise filter `W` makes white, `sᵀ(WᵀW r)` is what tells most. Its scale comes
-//! from its own median wherever a pulse has about as many rows, in the same part and in all, the larger: noise of any
-//! colour gives scores of size 1, and noise whose law is symmetric as many below as above 0, whatever its tails.
+//! For a pulse `s` in a mismatch `r` that the noise filter `W` whitens, `sᵀ(WᵀW r)` is the sufficient statistic. Its
+//! scale is its own robust deviation over rows where a pulse has about as many rows, either in the same part or over
+//! all, whichever is larger: noise of any colour then gives scores of size 1, and noise of symmetric distribution as
+//! many below as above 0, whatever its tails.
 
 use std::ops::Range;
 
 use crate::noise::MAX_ORDER;
 use crate::numbers::statistics::robust_sigma;
 
-/// Classes of rows a pulse, an octave: the scale changes little within one.
+/// Classes of pulse duration (rows) per octave: the scale changes little within one.
 const CLASSES_AN_OCTAVE: f64 = 2.0;
 
-/// Rows of the longest pulse that is told from a longer one.
+/// Longest pulse that is told from longer ones, rows.
 const LONGEST_ROWS: f64 = 1e5;
 
-/// Pulses side by side from which a scale is told: its error is below a fifth.
+/// Number of adjacent pulses needed to estimate a scale to within a fifth.
 const SIDE_BY_SIDE: f64 = 20.0;
 
 /// Score that stands out: Gaussian noise gives one in ten recordings.
 pub(crate) const OUTSTANDING: f64 = 4.5;
 
-/// Travel between two pulses that are told apart, m: several lengths, so that what the noise filter makes of the flanks
-/// of one is not another.
+/// Travel between two pulses that count separately, m: several lengths, so that the filtered flanks of one pulse are
+/// not another.
 const APART_M: f64 = 4e-3;
 
-/// What is along the rows of one part of a run.
+/// Data along the rows of one part of a run.
 pub(crate) struct Track {
-    /// Rows of all runs, laid end to end.
+    /// Its rows among those of all runs, concatenated.
     pub(crate) rows: Range<usize>,
     pub(crate) step_s: f64,
     pub(crate) travel_m: Vec<f64>,
     pub(crate) speed_m_s: Vec<f64>,
-    /// `WᵀW r` against the motion, over its scale; 0 where it is not compared.
+    /// `WᵀW r`, positive against the motion, over its scale; 0 where not compared.
     pub(crate) braking: Vec<f64>,
     pub(crate) compared: Vec<bool>,
     /// Rows far from a reversal or a start.
     pub(crate) is_built_up: Vec<bool>,
-    /// Rows where a pulse can be told from what else comes and goes.
+    /// Rows where a pulse can be told from other transients.
     pub(crate) is_told: Vec<bool>,
 }
 
-/// What all pulses have in common.
+/// The common width of all pulses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Width {
     /// m of travel.
@@ -60,7 +61,7 @@ impl Width {
     }
 }
 
-/// Score of a pulse around every row, track by track; 0 where there is none.
+/// Score of a pulse centred on every row, track by track; 0 where it has no scale.
 pub(crate) fn scores(tracks: &[Track], width: Width) -> Vec<Vec<f64>> {
     let (mut filtered, mut classes): (Vec<Vec<f64>>, Vec<Vec<Option<usize>>>) = (Vec::new(), Vec::new());
     let (mut everywhere, mut by_track) = (Classes::default(), Vec::new());
@@ -93,7 +94,7 @@ pub(crate) fn scores(tracks: &[Track], width: Width) -> Vec<Vec<f64>> {
     filtered
 }
 
-/// Filtered rows by how many rows a pulse has.
+/// Filtered rows by class of pulse duration.
 #[derive(Default)]
 struct Classes(Vec<Vec<f64>>);
 
@@ -103,7 +104,7 @@ impl Classes {
         self.0[class].push(x);
     }
 
-    /// Scale of every class; 0 where too few pulses lie side by side to tell it.
+    /// Scale of every class; 0 where too few adjacent pulses determine it.
     fn scales(&self) -> Vec<f64> {
         let scale = |(class, members): (usize, &Vec<f64>)| {
             let rows = (class as f64 / CLASSES_AN_OCTAVE).exp2();
@@ -113,13 +114,13 @@ impl Classes {
     }
 }
 
-/// A triangle, near enough to any smooth pulse, held against every row, and whether all rows under it are compared.
+/// Correlation with a triangle (close to any smooth pulse) at every row, and whether all rows under it are compared.
 ///
 /// ```text
-/// y(n) = Σ max(0, 1 - |u(m) - u(n)|) x(m),  u in halves of the base
+/// y(n) = Σ max(0, 1 - |u(m) - u(n)|) x(m),  u in units of half the base
 /// ```
 ///
-/// from running sums of `x` and `u x`, so that wide pulses cost no more than narrow ones.
+/// computed from running sums of `x` and `u x`, so that wide pulses cost no more than narrow ones.
 fn matched(track: &Track, width: Width) -> (Vec<f64>, Vec<bool>) {
     let start_m = track.travel_m.first().copied().unwrap_or(0.0);
     let u: Vec<f64> = match width {
@@ -156,8 +157,8 @@ fn matched(track: &Track, width: Width) -> (Vec<f64>, Vec<bool>) {
     (out, is_whole)
 }
 
-/// Rows of a track around which scores of either sign are largest and beyond a limit, the largest first: one for as far as
-/// a pulse and what the noise filter makes of it reach.
+/// Rows of a track with peaks of the score, of either sign, beyond a limit, the largest first; one per range over which
+/// a pulse and its filtered flanks extend.
 pub(crate) fn outstanding(track: &Track, scores: &[f64], beyond: f64, admitted: impl Fn(usize) -> bool) -> Vec<usize> {
     let mut standing: Vec<usize> = (0..scores.len()).filter(|n| scores[*n].abs() > beyond && admitted(*n)).collect();
     standing.sort_by(|a, b| scores[*b].abs().total_cmp(&scores[*a].abs()));

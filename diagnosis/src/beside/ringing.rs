@@ -1,8 +1,8 @@
-//! Ringing of the structure, before the noise is learnt.
+//! Ringing of the structure, found before the noise is estimated.
 //!
-//! A structure that rings after every jerk looks like noise of one frequency, and a filter that makes noise white takes
-//! it out with the rest. A filter too short for that, an autoregression of order 2, leaves it to be seen: what a
-//! resonance explains there is taken from the residual that the noise is learnt from.
+//! A structure that rings after every jerk looks like narrow-band noise, and a whitening filter removes it with the
+//! rest. An autoregression of order 2 is too short for that and leaves it visible: what a resonance explains there is
+//! removed from the residual that the noise is estimated from.
 
 use simulation::mechanism::{Id, definition};
 
@@ -18,49 +18,49 @@ use crate::noise::rows::Rows;
 use crate::nominal::Nominal;
 use crate::recording::side::Side;
 
-/// Order of an autoregression that has room for the colour of friction, but hardly for a frequency.
+/// Order of an autoregression that can model the colour of friction noise, but hardly a resonance.
 const SHORT: usize = 2;
 
-/// Evidence from which a resonance is taken out, nats: what friction noise rings of itself stays below.
+/// Evidence from which a resonance is removed, nats: friction noise alone stays below.
 const RINGS: f64 = 100.0;
 
 /// Most points of the grid over frequency and damping.
 const POINTS: usize = 30;
 
-/// Dampings with which a peak of the spectrum is tried.
+/// Damping ratios with which a peak of the spectrum is tried.
 const DAMPINGS: [f64; 4] = [0.01, 0.02, 0.04, 0.08];
 
-/// Evidence for what reversals and jerks strike, nats, from which it is more than the best of a grid in noise.
+/// Evidence for excitation by reversals and jerks, nats, above the best of a grid in noise.
 const STRUCK: f64 = 10.0;
 
-/// Distance of a peak, of its frequency, from the resonance that reversals and jerks show best: the same one, where rolling
-/// strikes it much harder than they do.
+/// Relative distance of a peak from the resonance that reversals and jerks show best within which both are one, where
+/// rolling excites it much harder than they do.
 const NEAR: f64 = 0.1;
 
-/// What rings.
+/// Resonances that were found.
 pub(crate) struct Ringing {
     /// Shapes of a resonance that peaks of the spectrum point to: a resonance is narrower than the steps of any grid.
     pub(crate) pointed: Vec<Vec<f64>>,
-    /// A structure that is mostly struck by rolling itself, which no force column follows.
+    /// A structure that is mainly excited by rolling itself, which no force column follows.
     pub(crate) heard: Option<Heard>,
 }
 
 /// A resonance that the spectrum shows at every speed.
 pub(crate) struct Heard {
     pub(crate) hz: f64,
-    /// Half the distance of two entries of the spectrum, and of the peak, Hz.
+    /// Half the frequency resolution, plus half the width of the peak, Hz.
     pub(crate) half_width_hz: f64,
     /// Mean square force of the peak, N².
     pub(crate) power_n2: f64,
-    /// p-value of such a peak in noise without one.
+    /// p-value of such a peak in noise without a resonance.
     pub(crate) p: f64,
-    /// Whether the rows that are compared are averages that are blind to it.
+    /// Whether the compared rows are averages in which it cancels.
     pub(crate) is_averaged_out: bool,
-    /// The part that follows from the motion, what reversals and jerks strike, where there is one.
+    /// The part that follows from the motion (excited by reversals and jerks), where there is one.
     pub(crate) struck: Option<(Source, Vec<f64>)>,
 }
 
-/// Learns the noise anew where something rings.
+/// Estimates the noise anew where something rings.
 pub(crate) fn unmask(
     nominal: &Nominal,
     calibrated: &Calibrated<'_>,
@@ -100,19 +100,19 @@ pub(crate) fn unmask(
     Ok(Ringing { pointed, heard })
 }
 
-/// What is heard of a residual at the rate of its recording: averages are blind to what rings between them.
+/// Spectra of a residual at the recording's own sampling rate: averages are blind to ringing between them.
 struct Listened {
-    /// Frequencies that stand out of what a short autoregression leaves, the highest first.
+    /// Frequencies that stand out after a short autoregression, the highest peak first.
     peaks_hz: Vec<f64>,
-    /// Of the residual as it is.
+    /// Spectra of the unwhitened residual.
     spectra: Option<Spectra>,
     power_n2: f64,
-    /// Whether the rows that are compared are averages of those that were listened to.
+    /// Whether the compared rows are averages of the rows used here.
     is_finer: bool,
 }
 
 impl Listened {
-    /// `left` has an entry a row of all runs; `short`: the rows that are compared, whitened by a short autoregression.
+    /// `left`: one entry per row of all runs; `short`: the compared rows, whitened by a short autoregression.
     fn of(side: &Side<'_>, training: &[bool], left: &[f64], short: &Rows) -> Self {
         let finest = (short.decimation() > 1).then(|| Rows::new(side.runs, training, 1));
         let mut finer = finest.filter(|finest| finest.decimation() < short.decimation());
@@ -130,10 +130,10 @@ impl Listened {
         }
     }
 
-    /// The highest peak at every speed that reversals strike too, or that rolling surely strikes.
+    /// The highest peak at every speed that reversals excite too, or that rolling certainly excites.
     fn heard(&self, struck: Option<&(Candidate, Gain)>) -> Option<Heard> {
         let spectra = self.spectra.as_ref()?;
-        // at the end of what its damping can be it is too damped to ring
+        // at the end of its range the damping is too large for ringing
         let most = 0.99 * range(1)[1];
         self.peaks_hz.iter().find_map(|hz| {
             let peak = spectra.at_every_speed(*hz)?;
@@ -152,7 +152,7 @@ impl Listened {
             let damping = struck.map_or(DAMPINGS[0], |(.., damping)| damping);
             Some(Heard {
                 hz: *hz,
-                // a damped resonance is as broad as that, and the highest entry of its peak is anywhere within
+                // frequency uncertainty: the width of a damped resonance plus the resolution of the spectrum
                 half_width_hz: 0.5 / spectra.window_s + damping * hz,
                 power_n2: peak.share * self.power_n2,
                 p: peak.p,
@@ -163,7 +163,7 @@ impl Listened {
     }
 }
 
-/// What a number of a resonance's shape can be: its frequency, Hz, or its damping.
+/// Range of a resonance's shape parameter: its frequency, Hz, or its damping ratio.
 fn range(number: usize) -> [f64; 2] {
     let parameter = &definition(Id::StructuralResonance).forms[0].shape[number];
     [parameter.from, parameter.to]

@@ -1,4 +1,5 @@
-//! Averaged spectra of what is left, slow and fast: what stands out at every speed is neither of the rail nor of a screw.
+//! Averaged spectra of the residual at low and high speed: a peak at every speed comes neither from the rail nor from a
+//! screw.
 
 use std::ops::Range;
 
@@ -10,83 +11,84 @@ use crate::numbers::peaks::peaks;
 use crate::numbers::statistics::{line, mean, median};
 use crate::recording::side::Side;
 
-/// Time that the spectrum looks at in one go, s: what rings with a hundredth of critical damping at 20 Hz lasts half of it.
+/// Window length, s: ringing with a hundredth of critical damping at 20 Hz lasts half of it.
 const WINDOW_S: f64 = 1.0;
 
-/// Fewest rows of such a window, and most.
+/// Fewest and most rows of a window.
 const LEAST_WINDOW: usize = 64;
 const MOST_WINDOW: usize = 8192;
 
-/// Pieces below which shorter ones, that tell a frequency less well, tell more.
+/// Number of pieces below which the window is halved: less resolution, but more pieces to average.
 const FEWEST_PIECES: usize = 32;
 
-/// Peaks that are looked at, and their height over the median around them.
+/// Most peaks examined, and their least height relative to the median around them.
 const PEAKS: usize = 3;
 const STANDS_OUT: f64 = 2.0;
 
-/// Height of a peak over the median around it, slow and fast, of what rings. What is tied to the rail or to a screw is
-/// elsewhere at another speed, what another machine sweeps through is broad; a structure that is damped by a few hundredths
-/// stands out by seven and more, and a sweep over a tenth of its frequency to either side by five.
+/// Least height of a ringing peak relative to the median around it, at low and at high speed. What is tied to the rail
+/// or a screw has another frequency at another speed, and a sweep by another machine is broad; a structure damped by a
+/// few hundredths reaches seven and more, a sweep over a tenth of its frequency to either side five.
 const AT_EVERY_SPEED: f64 = 6.0;
 
-/// The same where both reversals and rolling strike it, which nothing else does: a carriage that creeps strikes little.
+/// The same where both reversals and rolling excite it, which is unique to a structure: a creeping carriage excites
+/// little.
 const STRUCK_BY_BOTH: f64 = 2.5;
 
-/// A peak of one run alone has few pieces: its p-value, and its height in the middle one of them. What rings stands out by
-/// five and more in that one, what sweeps and a ripple at changing speed by less than twice. A run of few speeds may meet a
-/// ripple at one and its order at another.
+/// A peak in one run alone rests on few pieces: its largest p-value, and its least median height over pieces. Ringing
+/// has a median height of five and more; a sweep, or a ripple at changing speed, less than two. A run of few speeds may
+/// meet a ripple at one speed and its order at another.
 const IN_ONE_RUN: f64 = 1e-6;
 const IN_EVERY_PIECE: f64 = 3.0;
 
-/// Speeds of both halves that differ by less tell nothing of that ..
+/// Speed ratio of both halves below which they tell nothing of that ..
 const APART: f64 = 1.5;
 
-/// .. and what stands out in few pieces only must do so at speeds that differ by as much to be told from what sweeps.
+/// .. and the ratio needed to tell a peak in a few pieces only from a sweep.
 const FAR_APART: f64 = 4.0;
 
-/// Distance of two speeds, in ln V, and how many must show what is at every one of them.
+/// Width of a speed class, in ln V, and the number of classes that must show a peak at every speed.
 const ALIKE: f64 = 0.25;
 const FEWEST_SPEEDS: usize = 4;
 
-/// Standard deviations by which power must have grown with the speed.
+/// Standard deviations by which power must grow with speed.
 const SURELY: f64 = 3.0;
 
-/// Entries to either side of a peak that are of it.
+/// Bins to either side of a peak that belong to it.
 const FLANK: usize = 2;
 
-/// One window on a residual.
+/// One window of a residual.
 struct Piece {
-    /// Mean speed over the way meanwhile, m/s.
+    /// Mean speed over the distance travelled, m/s.
     speed_m_s: f64,
     /// Power at every frequency.
     power: Vec<f64>,
-    /// That of its run at most frequencies: in a quiet run rings what a loud one drowns.
+    /// Median power of its run over frequency: used as scale, so that a loud run does not drown ringing in a quiet one.
     loudness: f64,
 }
 
 /// Pieces of a run.
 struct OfRun(Vec<Piece>);
 
-/// Averaged spectra of a residual, of all runs and of each.
+/// Averaged spectra of a residual, over all runs and per run.
 pub(crate) struct Spectra {
-    /// Rows of a piece over their rate: the inverse of the distance of two entries, s.
+    /// Duration of a piece, s; its inverse is the frequency resolution.
     pub(crate) window_s: f64,
     runs: Vec<OfRun>,
 }
 
-/// What stands out at every speed.
+/// A peak at every speed.
 pub(crate) struct Peak {
-    /// Share of its power in all.
+    /// Its share of the total power.
     pub(crate) share: f64,
     /// Its p-value in noise without it.
     pub(crate) p: f64,
-    /// Whether it surely has more power where the carriage is faster: what rolling strikes has, a hum of the mains has not.
+    /// Whether its power certainly grows with speed, as excitation by rolling does and mains hum does not.
     pub(crate) is_rolled: bool,
-    /// Whether it stands out as nothing else does at every speed.
+    /// Whether it is as high at every speed as only ringing is.
     pub(crate) is_high: bool,
 }
 
-/// Mean power of pieces, each over a scale of its own.
+/// Mean power of pieces, each divided by its own scale.
 fn averaged(pieces: &[&Piece], scale: impl Fn(&Piece) -> f64) -> Vec<f64> {
     let number = pieces.len() as f64;
     let mut averaged = vec![0.0; pieces.first().map_or(0, |piece| piece.power.len())];
@@ -102,13 +104,13 @@ fn pieces(runs: &[OfRun]) -> Vec<&Piece> {
     runs.iter().flat_map(|run| &run.0).collect()
 }
 
-/// Height of an entry over the median around it.
+/// Height of a bin relative to the median around it.
 fn height(power: &[f64], k: usize) -> f64 {
     let around = power[k - k / 4..(k + k / 4 + 1).min(power.len())].to_vec();
     power[k] / median(around).unwrap_or(0.0).max(f64::MIN_POSITIVE)
 }
 
-/// Entries of a peak.
+/// Bins of a peak.
 fn around(power: &[f64], at: usize) -> &[f64] {
     &power[at.saturating_sub(FLANK)..(at + FLANK + 1).min(power.len())]
 }
@@ -121,19 +123,19 @@ impl OfRun {
         OfRun(pieces)
     }
 
-    /// Power of all pieces.
+    /// Total power of all pieces.
     fn power(&self) -> f64 {
         self.0.iter().flat_map(|piece| &piece.power).sum()
     }
 
-    /// Power of a peak beyond what is around it, of all pieces.
+    /// Power of a peak above its surroundings, over all pieces.
     fn excess(&self, at: usize) -> f64 {
         let power = averaged(&self.0.iter().collect::<Vec<_>>(), |_| 1.0);
         let floor = power[at] / height(&power, at).max(f64::MIN_POSITIVE);
         self.0.len() as f64 * around(&power, at).iter().map(|power| power - floor).sum::<f64>()
     }
 
-    /// Logarithms of the speed and of the power of a peak, of every piece, less their means.
+    /// Log speed and log power of a peak, piece by piece, less their means.
     fn growth(&self, at: usize) -> Vec<(f64, f64)> {
         let of_piece = |piece: &Piece| (piece.speed_m_s.ln(), around(&piece.power, at).iter().sum::<f64>().ln());
         let (speeds, powers): (Vec<f64>, Vec<f64>) =
@@ -143,14 +145,14 @@ impl OfRun {
     }
 }
 
-/// Whether the power of a peak surely grows with the speed within the runs.
+/// Whether the power of a peak certainly grows with speed within the runs.
 ///
 /// ```text
-/// slope / standard error = √((1/l² - 1)·freedom),   l: share of the scatter that a line leaves
+/// slope / standard error = √((1/l² - 1)·freedom),   l: relative residual scatter of the line
 /// ```
 fn grows_with_speed(runs: &[OfRun], at: usize) -> bool {
     let of_runs: Vec<Vec<(f64, f64)>> = runs.iter().map(|run| run.growth(at)).collect();
-    // a mean of every run, and the slope
+    // one mean per run, and the slope
     let lost = 1 + of_runs.iter().filter(|points| !points.is_empty()).count();
     let points = of_runs.concat();
     let (_, slope, left) = line(&points);
@@ -158,7 +160,7 @@ fn grows_with_speed(runs: &[OfRun], at: usize) -> bool {
     slope > 0.0 && (1.0 / (left * left) - 1.0) * freedom > SURELY * SURELY
 }
 
-/// At how many speeds an entry stands out in half of the pieces: the orders of a ripple meet at a few.
+/// Number of speed classes at which a bin stands out in half of the pieces: the orders of a ripple coincide at few.
 fn speeds(pieces: &[&Piece], at: usize) -> usize {
     let cell = |piece: &Piece| (piece.speed_m_s.ln() / ALIKE).floor();
     // `pieces`: slowest first
@@ -166,13 +168,13 @@ fn speeds(pieces: &[&Piece], at: usize) -> usize {
     cells.filter(|cell| is_steady(cell, at)).count()
 }
 
-/// Whether an entry stands out in half of some pieces: what sweeps through it does so in a few.
+/// Whether a bin stands out in at least half of the pieces: a sweep passes through it in few.
 fn is_steady(pieces: &[&Piece], at: usize) -> bool {
     median(pieces.iter().map(|piece| height(&piece.power, at)).collect()).is_some_and(|height| height > IN_EVERY_PIECE)
 }
 
 impl Spectra {
-    /// Of a residual over the compared rows; `None` where no stretch is long enough.
+    /// Spectra of a residual over the compared rows; `None` where no stretch is long enough.
     pub(crate) fn of(residual: &[impl Into<f64> + Copy], rows: &Rows, side: &Side<'_>) -> Option<Self> {
         let step_s = side.step_s() * rows.decimation() as f64;
         let longest = rows.groups.iter().map(ExactSizeIterator::len).max()?;
@@ -189,7 +191,7 @@ impl Spectra {
             side.moving.motions.iter().flat_map(|motion| motion.velocity_m_s.iter().map(|v| v.abs())).collect();
         let speeds = rows.plain(&speeds);
         let starts = |group: &Range<usize>| (group.start..(group.end + 1).saturating_sub(window)).step_by(window / 2);
-        // over the way: a rest within the window is no lower speed
+        // weighted by distance: a rest within the window does not lower the speed
         let speed = |start: usize| {
             let own = &speeds[start..start + window];
             let way: f64 = own.iter().sum();
@@ -222,7 +224,8 @@ impl Spectra {
         found.into_iter().map(|k| k as f64 / self.window_s).collect()
     }
 
-    /// What stands out at a frequency, slow and fast: in all runs together, in the one where it is surest or, less high, in all.
+    /// The peak at a frequency at low and high speed: over all runs, in the run where it is most certain, or a lower
+    /// one over all.
     pub(crate) fn at_every_speed(&self, hz: f64) -> Option<Peak> {
         let at = (hz * self.window_s).round() as usize;
         let of_all = self.peak(&self.runs, at).map(|(peak, _)| peak);
@@ -237,7 +240,8 @@ impl Spectra {
         self.runs.iter().filter_map(of_run).min_by(|a, b| a.p.total_cmp(&b.p)).or(of_all)
     }
 
-    /// The peak at an entry, if it stands out in slow and in fast pieces of runs, and whether it does in most of them, far apart.
+    /// The peak in a bin if it stands out in slow and in fast pieces, and whether it does so in most pieces at speeds
+    /// far apart.
     fn peak(&self, runs: &[OfRun], at: usize) -> Option<(Peak, bool)> {
         let mut pieces = pieces(runs);
         pieces.sort_by(|a, b| a.speed_m_s.total_cmp(&b.speed_m_s));
@@ -258,7 +262,7 @@ impl Spectra {
         let nats = |h: f64| 0.5 * slower.len() as f64 * (h - 1.0 - h.ln());
         let evidence: f64 = heights.into_iter().map(nats).sum();
         let is_steady = halves.iter().all(|half| is_steady(half, at));
-        // what a move passes through at one speed stands out on both sides of a middle that is not far from it
+        // a peak met at one speed only can appear on both sides of a median speed that is close to it
         let is_everywhere = (is_steady || apart > FAR_APART) && speeds(&pieces, at) >= FEWEST_SPEEDS;
         let excess = runs.iter().map(|run| run.excess(at)).sum::<f64>().max(0.0);
         let peak = Peak {

@@ -1,8 +1,8 @@
-//! A recorded speed that is noisier than what the recorded position tells.
+//! A recorded speed that is noisier than one derived from the recorded position.
 //!
-//! The law is only as good as the speed it is evaluated at. Where position and speed were both recorded, the rest that no
-//! curve follows is held against the one that is left with the speed taken from the position: if that is clearly less,
-//! the recorded speed is set aside.
+//! The law is only as good as the speed it is evaluated at. Where position and speed were both recorded, the residual
+//! of all curves is compared with the one obtained with the speed derived from the position: if that is clearly
+//! smaller, the recorded speed is discarded.
 
 use simulation::Simulation;
 use simulation::mechanism::Id;
@@ -19,18 +19,19 @@ use crate::recording::sanity::FEWEST_ROWS;
 use crate::recording::side::Side;
 use crate::report::DataQuality;
 
-/// Share of the squared rest that must be gone with the speed of the position.
+/// Least reduction of the squared residual with the derived speed, as a share.
 const BETTER: f64 = 0.3;
 
-/// Share of the force's own noise that the recorded speed must make of the law's force before anything is compared.
+/// Least effect of the recorded speed on the law's force, as a share of the force's own noise, for a comparison to be
+/// made.
 const WORTH_A_LOOK: f64 = 0.3;
 
-/// A recorded speed that was set aside.
+/// A recorded speed that was discarded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SetAside {
-    /// Its variance around the speed of the position, m²/s².
+    /// Its variance around the derived speed, m²/s².
     pub(crate) variance_m2_s2: f64,
-    /// Mean square of what it makes of the force, N².
+    /// Mean square of its effect on the force, N².
     pub(crate) power_n2: f64,
 }
 
@@ -46,29 +47,29 @@ fn has_both(run: &Run) -> bool {
     run.velocity_m_s.is_some() && run.position_m.is_some()
 }
 
-/// Runs without the speed that was recorded beside a position.
+/// The runs without a speed that was recorded beside a position.
 pub(crate) fn without(runs: &[Run]) -> Vec<Run> {
     let bare = |run: &Run| if has_both(run) { Run { velocity_m_s: None, ..run.clone() } } else { run.clone() };
     runs.iter().map(bare).collect()
 }
 
-/// Noise of a recorded speed, of its RMS, that is as much as one derived from a position may have.
+/// Noise of a recorded speed, relative to its RMS, that a speed derived from a position may have as well.
 const NOISY: f64 = 2e-3;
 
-/// Whether a recorded speed is noisier than one derived from the position would be: what it makes of the acceleration has
-/// a name then.
+/// Whether a recorded speed is noisier than one derived from the position would be; the noise of its derived
+/// acceleration is then a cause of its own.
 pub(crate) fn is_noisy(runs: &[Run]) -> bool {
     let noisy = |run: &Run| {
         let Some(velocity) = run.velocity_m_s.as_ref().filter(|_| has_both(run)) else { return false };
-        // where one part ends and the next begins, a speed jumps without noise
+        // a speed jumps between parts without being noisy
         let noise = run.parts.iter().flat_map(|part| third_differences(&velocity[part.rows.clone()]));
         rms(&noise.collect::<Vec<f64>>()) > NOISY * rms(velocity)
     };
     runs.iter().any(noisy)
 }
 
-/// What is gained without the recorded speed, where that only adds noise.
-/// Which of two channels is the better one is told by all rows, those that are set aside for the score among them.
+/// The discarded speed and what is gained without it, where it only adds noise. All rows decide which of the two
+/// channels is better, including those held out for the score.
 pub(crate) fn set_aside(simulation: &Simulation, nominal: &Nominal, recorded: &Moving<'_>) -> Option<SetAside> {
     let runs = &*recorded.runs;
     if !runs.iter().any(has_both) || simulation.mechanisms.iter().any(|added| added.id == Id::SpeedNoise) {
@@ -88,7 +89,7 @@ pub(crate) fn set_aside(simulation: &Simulation, nominal: &Nominal, recorded: &M
     let forces = [&as_recorded, &as_derived].map(|side| side.force(nominal, &nominal.start()));
     let [Ok(with), Ok(without)] = forces else { return None };
     let effect = rms(&common(&both, with.iter().zip(&without).map(|(a, b)| a - b)));
-    // a reversal is no noise of the force
+    // third differences, robustly: a reversal is no noise of the force
     let noise =
         runs.iter().map(|run| robust_sigma(&third_differences(&run.drag_force_n))).fold(f64::INFINITY, f64::min);
     if !nominal.is_incomplete() && !(effect > WORTH_A_LOOK * noise) {
