@@ -1,8 +1,8 @@
-//! How far calibration may move the law's own numbers, and where it has moved them.
+//! Calibration of the law's own parameters: how far it may move them, and where it has moved them.
 //!
 //! ```text
-//! saturation   what no curve follows
-//! settle       the law beside what was found
+//! saturation   the residual of all curves
+//! settle       the law beside the causes found
 //! ```
 
 pub(crate) mod saturation;
@@ -20,30 +20,30 @@ use crate::noise::rows::Rows;
 use crate::nominal::{Nominal, Parameter};
 use crate::recording::side::Side;
 
-/// Most steps of Gauss and Newton.
+/// Most Gauss-Newton steps.
 const MOST_STEPS: usize = 6;
 
-/// Steps after which the noise is learnt anew.
+/// Number of first steps at which the noise is estimated anew.
 const LEARNT: usize = 2;
 
-/// Relative step that ends calibration.
+/// Relative step below which calibration ends.
 const ENOUGH: f64 = 2e-3;
 
-/// Way of a number that is tolerated, in its standard deviations.
+/// How far calibration may move a parameter, in standard deviations of its tolerance.
 pub(crate) const TOLERATED: f64 = 3.0;
 
-/// The law with its numbers moved.
+/// The law with its parameters moved.
 pub(crate) struct Calibrated<'a> {
     pub(crate) values: Vec<f64>,
     pub(crate) side: Side<'a>,
     pub(crate) saturation: Saturation,
-    /// What no curve follows, row by row of all runs.
+    /// Residual of all curves; one entry per row of all runs.
     pub(crate) left: Vec<f64>,
 }
 
-/// The law alone, moved as far as its tolerance allows; everything else is linear around that point. Learns the noise
-/// on the way. Columns of mechanisms depend on the law, so that what follows from the runs is made anew where the
-/// simulation left numbers out.
+/// Moves the law alone as far as its tolerance allows (everything else is linearised around that point) and estimates
+/// the noise on the way. Columns of mechanisms depend on the law, so whatever is derived from the runs is computed anew
+/// where the simulation left parameters out.
 pub(crate) fn calibrate<'a>(
     simulation: &Simulation,
     nominal: &Nominal,
@@ -86,7 +86,8 @@ pub(crate) fn calibrate<'a>(
         side = side.again(simulation, nominal, &values)?;
         saturation = Saturation::new(rows, &side.contexts, training, &tones);
     } else if is_at_limit(nominal, &values) {
-        // two numbers that make up for one another lead far along a straight line: there may be a lower place on the way
+        // two parameters that compensate one another lead far along a linearisation: there may be a lower place on the
+        // way
         let valley = Valley { nominal, side: &side, rows, training, causes: Vec::new() };
         let there = valley.bottom(&nominal.start())?;
         if !is_at_limit(nominal, &there.values) && there.left < valley.left(&values)? {
@@ -96,7 +97,8 @@ pub(crate) fn calibrate<'a>(
     Ok(Calibrated { values, side, saturation, left })
 }
 
-/// Values of a law that holds its tolerance for a guess: where the search starts if calibration ran into a limit.
+/// Values of the law with its tolerance loosened to a mere guess: the start of the search if calibration reached a
+/// limit.
 pub(crate) fn unbound(
     nominal: &Nominal,
     side: &Side<'_>,
@@ -123,7 +125,7 @@ pub(crate) fn unbound(
     Ok(values)
 }
 
-/// Whether one of the numbers lies at the end of its tolerance, or beyond.
+/// Whether a parameter lies at the end of its tolerance, or beyond.
 fn is_at_limit(nominal: &Nominal, values: &[f64]) -> bool {
     let is_at_its_own = |(value, parameter): (&f64, &Parameter)| {
         parameter.sigma.is_some_and(|sigma| value.abs() >= 0.9997 * TOLERATED * sigma)
@@ -131,10 +133,11 @@ fn is_at_limit(nominal: &Nominal, values: &[f64]) -> bool {
     values.iter().zip(&nominal.parameters).any(is_at_its_own)
 }
 
-/// Variance of a guess, of that of the tolerance.
+/// Prior variance of a guess, as a multiple of the tolerance's variance.
 const GUESS: f64 = 1e4;
 
-/// Precision and pull of every parameter, at values that it has already been moved to.
+/// Precision, and precision times mean ("pull"), of the prior of every parameter, relative to the values it was already
+/// moved to.
 pub(crate) fn prior(nominal: &Nominal, values: &[f64]) -> Vec<(f64, f64)> {
     nominal
         .parameters
@@ -150,7 +153,7 @@ pub(crate) fn prior(nominal: &Nominal, values: &[f64]) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Steps that lead to the ends of the range of every number that the simulation leaves out.
+/// Steps to the two ends of the range of every parameter that the simulation leaves out; unlimited for the others.
 pub(crate) fn room(nominal: &Nominal, values: &[f64]) -> Vec<(f64, f64)> {
     let of = |(parameter, value): (&Parameter, &f64)| match parameter.sigma {
         Some(_) => (f64::NEG_INFINITY, f64::INFINITY),
@@ -159,9 +162,9 @@ pub(crate) fn room(nominal: &Nominal, values: &[f64]) -> Vec<(f64, f64)> {
     nominal.parameters.iter().zip(values).map(of).collect()
 }
 
-/// Where a step of Gauss and Newton leads within three standard deviations of every number: what calibration alone may do.
-/// A number that would go beyond is held at its limit, and the others are fitted again beside it: to cut off each by itself
-/// leaves the law worse than it was given where one makes up for another.
+/// Values after a Gauss-Newton step, every parameter within three standard deviations: what calibration alone may do. A
+/// parameter that would go beyond is held at its limit, and the others are refitted beside it: clipping each on its own
+/// would make the law worse than it was given where parameters compensate one another.
 fn tolerated(nominal: &Nominal, bench: &Bench<'_>, values: &[f64]) -> Vec<f64> {
     let mut held = vec![None; values.len()];
     loop {
@@ -182,7 +185,7 @@ fn tolerated(nominal: &Nominal, bench: &Bench<'_>, values: &[f64]) -> Vec<f64> {
     }
 }
 
-/// Longest way of a number from one choice of them to another.
+/// Largest change of a parameter between two sets of values.
 pub(crate) fn way(from: &[f64], to: &[f64]) -> f64 {
     from.iter().zip(to).map(|(from, to)| (to - from).abs()).fold(0.0, f64::max)
 }
@@ -197,7 +200,7 @@ pub(crate) fn moved(nominal: &Nominal, values: &[f64], step: &[f64]) -> Vec<f64>
         .collect()
 }
 
-/// Values with the parameter shifts that were found.
+/// Values including the shifts among the members.
 pub(crate) fn shifted(nominal: &Nominal, values: &[f64], members: &[Member], amplitudes: &[Vec<f64>]) -> Vec<f64> {
     let mut values = values.to_vec();
     for (member, amplitudes) in members.iter().zip(amplitudes) {

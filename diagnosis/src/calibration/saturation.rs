@@ -1,8 +1,9 @@
-//! What nothing explains: the residual of a fit of all that could be explained.
+//! Saturation: the residual of a fit of everything that could be explained.
 //!
-//! Every curve along every axis takes part, beside the law's tangent. One over the time since a turn does where it follows
-//! most of what the others leave: a force that is late or filtered is wrong there for a few rows, by far more than noise, and
-//! is no noise. The curves hang on the runs alone, so that their columns and inner products are made once.
+//! Every curve along every axis takes part, beside the law's tangent. A curve over the time since a turn takes part
+//! only where it follows most of what the others leave: a late or filtered force is wrong there for a few rows by far
+//! more than noise, which must not count as noise. The curves depend on the runs alone, so their columns and inner
+//! products are computed once.
 
 use rayon::prelude::*;
 use simulation::curve::{Axis, Curve};
@@ -13,35 +14,37 @@ use crate::fit::story;
 use crate::noise::rows::Rows;
 use crate::numbers::linear::{Cholesky, Symmetric, products};
 
-/// Rows from which on the fit is made of averages, and the rows of each: what is the same linear relation in averages
-/// is cheaper there.
+/// Number of rows above which the fit uses averages, and rows per average: the linear relation is the same in averages,
+/// and cheaper.
 const MANY: usize = 20_000;
 const AVERAGED: usize = 4;
 
-/// Share of a column's square that keeps what single precision leaves of the difference of overlapping curves out.
+/// Ridge, as a share of a column's square: it suppresses the single-precision error in the difference of overlapping
+/// curves.
 const RIDGE: f64 = 1e-6;
 
-/// Part of what the other curves leave, in square, that the one over the time since a turn must follow to take part.
+/// Share of the other curves' squared residual that the curve over the time since a turn must explain to take part.
 const MOST: f64 = 0.5;
 
-/// Drawings of noise of which the part that curves leave is told.
+/// Noise realisations from which the share of noise that the curves leave is estimated.
 const DRAWN: u64 = 3;
 
 /// See the module.
 pub(crate) struct Saturation {
-    /// The one over the time since a turn comes last.
+    /// The curve over the time since a turn comes last.
     curves: Vec<Curve>,
     columns: Vec<Vec<f32>>,
     products: Symmetric,
     kept: Vec<f64>,
-    /// Rows of an average.
+    /// Rows per average.
     together: usize,
 }
 
 impl Saturation {
-    /// `compared`: rows of all runs that knots are laid over, one entry each. `tones`: curves that repeat fast, where there are any.
+    /// `compared`: rows over which knots are placed, one entry per row of all runs. `tones`: fast periodic curves,
+    /// where there are any.
     pub(crate) fn new(rows: &Rows, contexts: &[Context<'_>], compared: &[bool], tones: &[Curve]) -> Self {
-        // averages are blind to what repeats within a few of their rows
+        // averages are blind to periods of a few of their rows
         let together = if tones.is_empty() && rows.len() > MANY { AVERAGED } else { 1 };
         let mut curves = story::all(contexts, compared);
         curves.extend_from_slice(tones);
@@ -63,13 +66,13 @@ impl Saturation {
         saturation
     }
 
-    /// Part of the noise that is left when every curve has followed what it can, by [slowness](crate::noise::slowness): in
-    /// a recording of a minute there are more curves than what is slow has freedom.
+    /// Share of the noise that is left when all curves are fitted, by [slowness](crate::noise::slowness): in a
+    /// recording of a minute there are more curves than the slow noise has degrees of freedom.
     pub(crate) fn kept(&self) -> &[f64] {
         &self.kept
     }
 
-    /// The same, by what curves leave of noise of all memories.
+    /// Estimates that share with simulated noise of all correlation times.
     fn kept_of_noise(&self, rows: &Rows, contexts: &[Context<'_>]) -> Vec<f64> {
         let of_drawing = |drawn: u64| {
             let noise: Vec<f64> = contexts.iter().enumerate().flat_map(|(run, c)| wandering(c, drawn, run)).collect();
@@ -89,7 +92,7 @@ impl Saturation {
         self.curves.iter().filter(|curve| curve.axis != Axis::SinceTurn)
     }
 
-    /// What the law's tangent, every curve and `extra` leave of a mismatch, row by row of all runs.
+    /// Residual of a mismatch after a fit of the law's tangent, every curve and `extra`; one entry per row of all runs.
     pub(crate) fn rest(
         &self,
         rows: &Rows,
@@ -141,8 +144,8 @@ impl Saturation {
         averaged(rows, column, self.together)
     }
 
-    /// Heights of the columns whose inner products are `a`, fitted to what has the products `b` with them and `square` with
-    /// itself; 0 of the curve over the time since a turn where it does not follow most of what the others leave.
+    /// Heights of the columns with Gram matrix `a`, fitted to a mismatch with the products `b` with them and `square`
+    /// with itself; 0 for the curve over the time since a turn where it does not explain most of what the others leave.
     fn heights(&self, a: &Symmetric, b: &[f64], square: f64) -> Vec<f64> {
         let x = Cholesky::of(a).solve(b);
         let Some(turn) = self.curves.last().filter(|curve| curve.axis == Axis::SinceTurn) else { return x };
@@ -168,7 +171,7 @@ impl Saturation {
     }
 }
 
-/// Noise of one run whose power is the same in every octave: it begins anew in every part.
+/// Noise of one run with equal power in every octave, starting afresh in every part.
 fn wandering(context: &Context<'_>, drawn: u64, run: usize) -> Vec<f64> {
     let mut noise = Noise::new(drawn, run as u64);
     let mut out = vec![0.0; context.run.len()];
@@ -191,7 +194,7 @@ fn add(sum: &mut Vec<f64>, more: &[f64]) {
     sum.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
 }
 
-/// Inner products of the columns from `first` on with all.
+/// Fills in the inner products of the columns from `first` on with all columns.
 fn fill(a: &mut Symmetric, columns: &[&[f32]], first: usize) {
     for (n, product) in products(&columns[first..], columns).into_iter().enumerate() {
         a.set(first + n / columns.len(), n % columns.len(), product);

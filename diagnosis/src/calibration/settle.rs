@@ -1,7 +1,7 @@
-//! Where the law's numbers come to rest beside causes that were found.
+//! Settling: the law's parameters that fit best beside given causes.
 //!
-//! Two of its numbers may make up for one another, and a step that is right along a straight line is then far off along
-//! the law: every step of Gauss and Newton is halved until it lowers what is left.
+//! Two parameters may compensate one another, and a step that is right in the linearised law is then far off along the
+//! law itself: every Gauss-Newton step is halved until it lowers the residual.
 
 use crate::calibration::{moved, prior, way};
 use crate::fit::bench::Bench;
@@ -11,14 +11,14 @@ use crate::noise::rows::Rows;
 use crate::nominal::Nominal;
 use crate::recording::side::Side;
 
-/// Most steps, and most lengths that one is tried in.
+/// Most steps, and most halvings of each.
 const MOST_STEPS: usize = 8;
 const MOST_TRIES: usize = 6;
 
-/// Way of every number, relative, that ends it.
+/// Largest relative change of a parameter below which iteration ends.
 const ENOUGH: f64 = 2e-3;
 
-/// All that stays as it is while the law moves.
+/// All that is fixed while the law moves.
 pub(crate) struct Valley<'a> {
     pub(crate) nominal: &'a Nominal,
     pub(crate) side: &'a Side<'a>,
@@ -27,29 +27,29 @@ pub(crate) struct Valley<'a> {
     pub(crate) causes: Vec<&'a Candidate>,
 }
 
-/// Where the law comes to rest.
+/// Where the law settles.
 pub(crate) struct Bottom {
     pub(crate) values: Vec<f64>,
-    /// Squared mismatch, whitened, that the causes leave there, with the price of moved numbers.
+    /// Squared whitened residual beside the causes, plus the tolerance penalty of moved parameters.
     pub(crate) left: f64,
 }
 
-/// What is known of one choice of the law's numbers.
+/// Evaluation of one set of the law's parameters.
 struct Place {
-    /// Squared mismatch that the causes leave there, with the price of moved numbers.
+    /// Squared residual beside the causes, plus the tolerance penalty of moved parameters.
     left: f64,
-    /// Step that leads to where nothing more is gained, as far as the law is straight.
+    /// Gauss-Newton step to the minimum of the linearised law.
     step: Vec<f64>,
 }
 
 impl Valley<'_> {
-    /// The law's numbers, from `values` on and relative as those are; causes have whatever size is best there. A number
-    /// that is said to have shifted is free.
+    /// The law's parameters where it settles, starting from `values` (both relative); causes have their best amplitudes
+    /// there. A parameter that is among the causes as a shift is free of its tolerance.
     pub(crate) fn settled(&self, values: &[f64]) -> Result<Vec<f64>, String> {
         Ok(self.bottom(values)?.values)
     }
 
-    /// The same, and what is left there.
+    /// The same, with the residual there.
     pub(crate) fn bottom(&self, values: &[f64]) -> Result<Bottom, String> {
         let mut values = values.to_vec();
         let mut here = self.place(&values)?;
@@ -64,8 +64,8 @@ impl Valley<'_> {
         Ok(Bottom { values, left: here.left })
     }
 
-    /// The lowest of the places that several choices of the numbers lead to: along a valley steps are short, and from
-    /// elsewhere there may be a shorter way.
+    /// The lowest place reached from several starting values: along a valley steps are short, and from elsewhere the
+    /// way may be shorter.
     pub(crate) fn lowest(&self, first: &[f64], others: &[&[f64]]) -> Result<Bottom, String> {
         let mut lowest = self.bottom(first)?;
         for start in others {
@@ -77,12 +77,12 @@ impl Valley<'_> {
         Ok(lowest)
     }
 
-    /// What is left at some numbers, as in [`Bottom`].
+    /// The residual at given parameters, as in [`Bottom`].
     pub(crate) fn left(&self, values: &[f64]) -> Result<f64, String> {
         Ok(self.place(values)?.left)
     }
 
-    /// Where a step, or what is left of it after a few halvings, lowers what is left.
+    /// A place where the step, halved if necessary, lowers the residual.
     fn lower(&self, values: &[f64], here: &Place) -> Result<Option<(Vec<f64>, Place)>, String> {
         let mut step = here.step.clone();
         for _ in 0..MOST_TRIES {
