@@ -1,11 +1,11 @@
-//! What was found beside the fits.
+//! What was found without a fit.
 
 use crate::answer::play::Play;
 use crate::beside::events::Spots;
 use crate::beside::ringing::Heard;
 use crate::beside::speed::SetAside;
 
-/// What was found beside the fits.
+/// What was found without a fit.
 pub(crate) struct Aside<'a> {
     pub(crate) spots: Option<&'a Spots>,
     pub(crate) speed: Option<SetAside>,

@@ -1,4 +1,4 @@
-//! How the squared mismatch that calibration leaves is shared out among what was found.
+//! Balance: how the squared mismatch after calibration is divided among what was found.
 
 use std::ops::Range;
 
@@ -18,21 +18,21 @@ use crate::search::found::Found;
 use crate::search::open_set;
 use crate::search::passes::{LEAST_SHARE, LEAST_SHARE_OF_SMALL};
 
-/// p-value below which a rest counts as unsteady: an approximation is trusted no further than this far out.
+/// p-value below which a residual counts as unsteady: so small because the approximation is not trusted farther out.
 const UNSTEADY: f64 = 1e-12;
 
-/// Share of the mismatch that an unsteady rest must have.
+/// Least share of the mismatch that an unsteady residual must have.
 const UNSTEADY_SHARE: f64 = 0.15;
 
-/// Step of a force channel, of the noise, from which rounding shows in what is left.
+/// Quantisation step, as a multiple of the noise, from which rounding shows in the residual.
 const COARSE: f64 = 0.3;
 
-/// How the squared mismatch that calibration leaves is shared out.
+/// How the squared mismatch after calibration is divided.
 pub(crate) struct Balance {
     pub(crate) noise_n: f64,
-    /// RMS of what nothing explains, N.
+    /// RMS of the unexplained part, N.
     pub(crate) unexplained_n: f64,
-    /// Shares.
+    /// Shares of the squared mismatch.
     pub(crate) unexplained: f64,
     pub(crate) unsteady: Option<f64>,
     pub(crate) p_steady: f64,
@@ -45,7 +45,8 @@ pub(crate) struct Balance {
 }
 
 impl Balance {
-    /// What comes and goes no curve follows: it is in the noise until it is told from it, and so is what rounding adds.
+    /// What comes and goes, and what rounding adds, is followed by no curve: both are part of the noise estimate until
+    /// separated here.
     pub(crate) fn of(
         simulation: &Simulation,
         side: &Side<'_>,
@@ -69,10 +70,10 @@ impl Balance {
         let rest = open_set::rest_without_orders(&found.bench, &found.fit, &found.members);
         let unsteady = open_set::unsteady(&rest, &without_coarse(side, rows, &proof.own.after));
         let coherent = unsteady.share * noise;
-        // what rounding leaves is noise that follows the force: it comes and goes with it
+        // rounding error depends on the force, and so comes and goes with it
         let rounds = |run: &Run| quantum(&run.drag_force_n).is_some_and(|step| step > COARSE * found.noise_n);
         let heard = heard.filter(|_| !is_known(Id::StructuralResonance));
-        // averages have next to nothing of what rings between them
+        // averages have next to nothing of ringing between them
         let (heard, between) = match heard {
             Some(heard) if heard.is_averaged_out => (None, Some(heard.power_n2)),
             heard => (heard.map(|heard| heard.power_n2.min(0.9 * noise)), None),
@@ -80,7 +81,7 @@ impl Balance {
         let is_smooth = spots.is_none() && heard.is_none() && between.is_none() && !side.runs.iter().any(rounds);
         let is_worth_it = |power: f64| power > UNSTEADY_SHARE * (before - noise + power);
         let is_unsteady = is_smooth && unsteady.p < UNSTEADY && is_worth_it(coherent);
-        // beside a name, what its form leaves may stand out
+        // beside a named cause, the remainder of its form may stand out
         let is_bare = is_smooth && found.members.is_empty() && play.is_none();
         let bursts = if is_bare { bursts(side, &proof.own.calibrated) } else { None };
         let bursts = bursts.map(|bursts| (bursts.p, bursts.power_n2.min(0.9 * noise)));
@@ -96,13 +97,13 @@ impl Balance {
         let in_noise = if is_unsteady { coherent } else { heard.or(rounding).unwrap_or(0.0) };
         let noise = noise - in_noise;
         let spots = spots.map(|spots| spots.squares_n2 / rows.len().max(1) as f64);
-        // rows that are not compared and a speed that is not believed have their part in the mismatch all the same
+        // rows not compared, and a discarded speed, still have their part in the mismatch
         let speed = speed.map(|speed| speed.power_n2);
         let play = play.map(|play| play.squares_n2 / rows.len().max(1) as f64);
         let aside: f64 = [clipped, spots, speed, play, between].into_iter().flatten().sum();
         let mismatch = (before - noise).max(1e-3 * before) + aside;
         let share = |power: f64| (power / mismatch).clamp(0.0, 1.0);
-        // the form of another cause may leave a few
+        // the form of another cause may leave a few spots
         let least_of_spots = if found.members.is_empty() { LEAST_SHARE } else { LEAST_SHARE_OF_SMALL };
         let mut balance = Balance {
             noise_n: noise.sqrt(),
@@ -123,20 +124,20 @@ impl Balance {
         balance
     }
 
-    /// Share of what was found without a fit.
+    /// Share of everything found without a fit.
     fn beside_fits(&self) -> f64 {
         let Balance { unsteady, rounding, clipped, spots, speed, heard, play, .. } = self;
         [unsteady, rounding, clipped, spots, speed, heard, play].into_iter().copied().flatten().sum()
     }
 
-    /// Share that fitted causes have.
+    /// Share of the fitted causes.
     pub(crate) fn explained(&self) -> f64 {
         (1.0 - self.unexplained - self.beside_fits()).max(0.0)
     }
 }
 
-/// Parts of the profile whose noise carries the force over the steps of its channel. In others it stays on one of them for
-/// as long as the law does, and what rounding adds comes and goes.
+/// Parts of the profile whose noise dithers the force over the channel's steps. In others the force stays on one step
+/// for as long as the law does, and the rounding error comes and goes.
 fn without_coarse(side: &Side<'_>, rows: &Rows, left: &[f64]) -> Vec<Range<usize>> {
     let step_n = side.runs.iter().filter_map(|run| quantum(&run.drag_force_n)).fold(0.0, f64::max);
     let left = rows.plain(left);

@@ -1,9 +1,9 @@
-//! How much of a cause is there on rows that no step of the search has seen.
+//! Carry-over: how much of a cause is present in rows that no step of the search has seen.
 //!
 //! ```text
-//! r + f = x f + L t + noise      r: what is left there with everything as it was found, f: force of the cause,
-//!                                L: what the law's own numbers do, all whitened by the noise there
-//! x = 1 + <f', r> / <f', f'>     f': f without what L imitates; 1: all of it is there, 0: nothing
+//! r + f = x f + L t + noise      r: residual there with everything as found, f: force of the cause,
+//!                                L: effects of the law's own parameters, all whitened by the noise there
+//! x = 1 + <f', r> / <f', f'>     f': f less what L imitates; 1: all of it is there, 0: nothing
 //! σ(x) = <f', f'>^(-1/2)
 //! ```
 
@@ -11,14 +11,14 @@ use crate::noise::rows::Rows;
 use crate::numbers::linear::{Cholesky, Symmetric, dot, products, remove};
 use crate::report::Carried;
 
-/// Standard errors by which a share is on one side of a half.
+/// Standard errors by which a share must differ from one half to be judged.
 const SURE: f64 = 2.0;
 
-/// Standard error of a share from which these rows tell nothing of the cause: all of it and nothing look alike there, and what
-/// else is missing would be taken for many times it.
+/// Standard error of a share from which these rows tell nothing of the cause: all of it and nothing of it are
+/// indistinguishable, and whatever else is missing would be taken for a multiple of it.
 const TELLS_NOTHING: f64 = 1.0;
 
-/// What is left on scored rows, whitened by the noise there, and what the law's own numbers do.
+/// Residual on scored rows, whitened by the noise there, and the effects of the law's own parameters.
 pub(crate) struct Scored {
     rows: Rows,
     left: Vec<f32>,
@@ -26,24 +26,24 @@ pub(crate) struct Scored {
 }
 
 impl Scored {
-    /// `left`, `law`, and the forces of all causes: one entry a row of all scored runs.
+    /// `left`, `law`, and the forces of all causes: one entry per row of all scored runs.
     pub(crate) fn new(rows: &Rows, left: &[f64], law: &[Vec<f64>], forces: &[Vec<f64>]) -> Self {
         let mut rows = rows.clone();
-        // noise has its own colour, not that of what is there
+        // the noise model must not include the colour of the causes
         rows.learn(&without(&rows, left, law.iter().chain(forces)), &[]);
         let law = rows.white_all(&law.iter().map(Vec::as_slice).collect::<Vec<_>>());
         Scored { left: rows.white(left), law, rows }
     }
 
-    /// Share of a force that is there; `None` where these rows tell nothing of it.
+    /// Share of a force that is present; `None` where these rows tell nothing of it.
     pub(crate) fn share(&self, force: &[f64]) -> Option<Carried> {
         let mut force = self.rows.white(force);
         remove(&mut force, &self.law.iter().map(Vec::as_slice).collect::<Vec<_>>());
         self.share_of_white(&force)
     }
 
-    /// The same of what a shift of one of the law's own numbers does, which shifts of others imitate: they are as they
-    /// were found.
+    /// The same for a shift of a law parameter: shifts of other parameters would imitate it, so those stay as they were
+    /// found.
     pub(crate) fn share_of_shift(&self, force: &[f64]) -> Option<Carried> {
         self.share_of_white(&self.rows.white(force))
     }
@@ -59,7 +59,7 @@ impl Scored {
     }
 }
 
-/// A column without what others imitate of its compared rows.
+/// A column less what others imitate of it on the compared rows.
 fn without<'o>(rows: &Rows, column: &[f64], others: impl Iterator<Item = &'o Vec<f64>> + Clone) -> Vec<f64> {
     let plain: Vec<Vec<f64>> = others.clone().map(|other| rows.plain(other)).collect();
     let of = rows.plain(column);
@@ -75,7 +75,7 @@ fn without<'o>(rows: &Rows, column: &[f64], others: impl Iterator<Item = &'o Vec
     left
 }
 
-/// Whether most of a cause is there; `None` where that cannot be told.
+/// Whether most of a cause is present; `None` where that is undecided.
 pub(crate) fn is_there(carried: &Carried) -> Option<bool> {
     let sigma = (carried.ci95[1] - carried.ci95[0]) / (2.0 * 1.96);
     let beyond = (carried.share - 0.5) / sigma;
@@ -109,13 +109,13 @@ mod tests {
             assert!(carried.ci95[0] < share && share < carried.ci95[1], "{carried:?} of {share}");
             assert!(carried.ci95[1] - carried.ci95[0] < 0.3 && is_there(&carried) == there, "{carried:?}");
         }
-        // what the law imitates but for a little is not told
+        // a force that the law imitates almost completely is undecided
         let alike: Vec<f64> = law.iter().zip(&force).map(|(law, force)| law + 0.01 * force).collect();
         let mut noise = Noise::new(6, 0);
         let left: Vec<f64> = law.iter().map(|_| 0.4 * noise.gaussian()).collect();
         let carried = Scored::new(&rows, &left, std::slice::from_ref(&law), &[]).share(&alike);
         assert_eq!(carried.and_then(|carried| is_there(&carried)), None);
-        // nor is what hardly acts there, whatever is left
+        // so is one that hardly acts there, whatever the residual
         let left: Vec<f64> = force.iter().map(|force| 3.0 * force + 0.4 * noise.gaussian()).collect();
         let faint: Vec<f64> = force.iter().map(|force| 1e-3 * force).collect();
         assert_eq!(Scored::new(&rows, &left, &[law], &[]).share(&faint), None);

@@ -1,9 +1,9 @@
-//! The simulation file that knows what was calibrated.
+//! Export: the simulation file with the calibrated parameters.
 //!
 //! Every factor goes to the number of the file that it multiplies: friction to the friction constants, viscosity to
-//! `hersey_scale` (the two enter the law as a product alone), preload to `[operation]` and, where the recording measures
-//! it, to the scale that its column is read with. Of a column of simulated force all three go to
-//! `[simulated_force]`: an inertia that the column holds is none of them.
+//! `hersey_scale` (the two enter the law only as a product), preload to `[operation]` and, where the recording measures
+//! it, to the scale that its column is read with. For a column of simulated force all three go to `[simulated_force]`:
+//! they do not apply to an inertia that the column includes.
 
 use simulation::Simulation;
 use simulation::curve::{AddedCurve, Axis};
@@ -62,7 +62,8 @@ pub(crate) fn calibrated(simulation: &Simulation, factors: &Factors) -> Result<S
     }
 }
 
-/// Lays the knots of a curve along the preload where the calibrated file reads them: it reads that column with its factor.
+/// Moves the knots of a curve over preload to where the calibrated file reads them: it scales that column by its
+/// factor.
 pub(crate) fn as_read(added: &mut AddedCurve, calibrated: &Simulation, factors: &Factors) {
     if added.curve.axis == Axis::Preload && matches!(calibrated.law, Law::Guide(_)) {
         added.curve.knots.iter_mut().for_each(|knot| *knot *= factors.preload);
@@ -73,7 +74,7 @@ fn with(set: &GuideSet, key: &str, now: f64, factor: f64) -> Result<GuideSet, St
     if factor == 1.0 || now == 0.0 { Ok(set.clone()) } else { set.with_number(key, now * factor) }
 }
 
-/// Multiplies what a column is read with.
+/// Multiplies the scale that a column is read with.
 fn scale_column(columns: &mut Vec<(String, String)>, name: &str, factor: f64) {
     if factor == 1.0 {
         return;

@@ -1,4 +1,4 @@
-//! What is said of a cause: its name, its numbers with their intervals, a sentence.
+//! Findings: a cause's name, its parameters with intervals, and a sentence.
 
 use simulation::mechanism::{Id, Search, definition};
 
@@ -15,14 +15,14 @@ use crate::search::adequacy::Doubt;
 use crate::search::found::Found;
 use crate::search::open_set;
 
-/// An unknown that no curve follows.
+/// An unknown effect that no curve follows.
 pub(crate) fn comes_and_goes(share: f64) -> Finding {
     let statement = "Something comes and goes that follows neither place, speed, load, temperature nor time: the noise is \
                      not the same throughout a part.";
     nameless(statement, share)
 }
 
-/// A simulation that is far from the force, with nothing beside it that brings it nearer.
+/// A simulation far from the force, where nothing that was tried comes nearer.
 pub(crate) fn far_off(share: f64) -> Finding {
     let statement = "The simulation is far from the force, and neither its own numbers nor any cause or curve brings it \
                      nearer: is it this machine's, and are its units those of the recording?";
@@ -43,10 +43,10 @@ fn nameless(statement: &str, share: f64) -> Finding {
     }
 }
 
-/// Relative half-width of the interval of a number that is read off a channel: recordings are written with few digits.
+/// Relative half-width of the interval of a value read off a channel: recordings are written with few digits.
 const READ: f64 = 2e-3;
 
-/// A number that a channel shows by itself, and what follows from it.
+/// A finding that a channel shows directly, with one number.
 fn shown(id: Id, number: (&str, f64, &str), share: f64) -> Finding {
     let (name, value, unit) = number;
     let definition = definition(id);
@@ -63,31 +63,31 @@ fn shown(id: Id, number: (&str, f64, &str), share: f64) -> Finding {
     }
 }
 
-/// A number that is read off a channel.
+/// A value read off a channel.
 fn read(name: &str, value: f64, unit: &str) -> Estimate {
     let ci95 = [1.0 - READ, 1.0 + READ].map(|of| of * value);
     Estimate { name: name.to_owned(), value, ci95, unit: unit.to_owned() }
 }
 
-/// Name of the step of a force channel.
+/// Name of the quantisation step of a force channel.
 const STEP: &str = "step_n";
 
-/// A force channel that counts in steps as coarse as the noise.
+/// A force channel whose quantisation steps are as coarse as the noise.
 pub(crate) fn quantisation(step_n: f64, share: f64) -> Finding {
     shown(Id::ForceQuantisation, (STEP, step_n, "N"), share)
 }
 
-/// A force channel that ends before the force does.
+/// A force channel that saturates before the force does.
 pub(crate) fn saturation(limit_n: f64, share: f64) -> Finding {
     shown(Id::ForceSaturation, ("limit_n", limit_n, "N"), share)
 }
 
-/// A recorded speed that is noisier than the position.
+/// A recorded speed that is noisier than one derived from the position.
 pub(crate) fn speed_noise(variance_m2_s2: f64, share: f64) -> Finding {
     shown(Id::SpeedNoise, ("variance_m2_s2", variance_m2_s2, "m2/s2"), share)
 }
 
-/// A structure that mostly rolling strikes.
+/// A structure that is mainly excited by rolling.
 pub(crate) fn resonance(heard: &Heard, share: f64) -> Finding {
     let mut finding = shown(Id::StructuralResonance, ("frequency_hz", heard.hz, "Hz"), share);
     for estimate in &mut finding.parameters {
@@ -105,7 +105,7 @@ pub(crate) fn play(gap: &Gap) -> Finding {
     finding
 }
 
-/// Spots that no form of the library has a place for.
+/// Spots that no form of the library represents.
 pub(crate) fn contamination(spots: &Spots, share: f64) -> Finding {
     let number = |name: &str, number: Number, unit: &str| Estimate {
         name: name.to_owned(),
@@ -130,24 +130,24 @@ pub(crate) fn contamination(spots: &Spots, share: f64) -> Finding {
     }
 }
 
-/// Standard deviation, relative, of what a number of a form means for the cause itself: a form is an idealisation, and on an
-/// opened trial the numbers of right names were off by this much beyond what noise leaves open.
+/// Relative standard deviation between a form's parameter and the cause's true one: a form is an idealisation, and on
+/// an opened trial the parameters of right names were off by this much beyond the uncertainty from noise.
 const OF_FORM: f64 = 0.03;
 
-/// Interval of a filter's time, s, from that of one which acts between the rows, too.
+/// Interval of a filter's time constant, s, from that of a filter which also acts between the rows.
 ///
 /// ```text
 /// lag of a continuous filter = τ    lag of one that acts on rows = Δt/(e^(Δt/τ) - 1)
 /// ```
 ///
-/// A force that changes slowly tells the lag alone, times the part of the force that is filtered, and neither how fast the
-/// filter's own rows are, from Δt down to none.
+/// A slowly varying force determines only the product of lag and filtered part of the force, and not how fast the
+/// filter's own rows are, which may be anything from Δt down to 0.
 fn time_of_filter([low, high]: [f64; 2], part: f64, step_s: f64) -> [f64; 2] {
     let lag_s = high * part.max(1.0);
     [low * part.min(1.0), step_s / (step_s / lag_s).ln_1p()]
 }
 
-/// What the library has no name for, modelled by the cause that comes nearest.
+/// An unnamed effect, modelled by the cause that comes nearest.
 fn stands_in(source: &Source, doubt: Doubt, share: f64) -> Finding {
     let id = source.id();
     let why = match doubt {
@@ -176,10 +176,11 @@ fn stands_in(source: &Source, doubt: Doubt, share: f64) -> Finding {
     }
 }
 
-/// How many names of its kind were right on recordings with something hidden of trials 23 and 24, opened: by how many causes
-/// were named together, and by the share that this one carries. The evidence alone knows only the causes that the library
-/// has. There 0.98 were right of those alone or read off a channel (743) and of two with most of the mismatch (141), 0.96 of others with more than a
-/// tenth (222), 0.92 of the smaller of two (48; over trials 20 to 24 less), 0.77 of the smaller of more (48).
+/// Confidence in a name: the share of such names that were right in the opened trials 23 and 24, on recordings with
+/// something hidden, by the number of causes named together and by this one's share of the mismatch. (The evidence
+/// alone knows only the library's causes.) Right were 0.98 of names alone or read off a channel (743) and of two with
+/// most of the mismatch (141), 0.96 of others with more than a tenth (222), 0.92 of the smaller of two (48; less over
+/// trials 20 to 24), 0.77 of the smaller of more (48).
 fn trust(named: usize, share: f64) -> f64 {
     match named {
         1 => 0.95,
@@ -189,11 +190,12 @@ fn trust(named: usize, share: f64) -> f64 {
     }
 }
 
-/// The same of what has no name: where a curve does better than every name (113 of 119), and where a name is doubted (23 of 36).
+/// The same for unnamed effects: where a curve does better than every name (113 of 119), and where a name is doubted
+/// (23 of 36).
 const TRUST_IN_CURVE: f64 = 0.9;
 const TRUST_IN_DOUBT: f64 = 0.6;
 
-/// A member as the report has it.
+/// The finding of a member.
 pub(crate) fn finding(
     nominal: &Nominal,
     found: &Found<'_>,
@@ -213,7 +215,7 @@ pub(crate) fn finding(
     let mut equivalents: Vec<String> = Vec::new();
     for candidate in &set.candidates {
         let id = candidate.source.id().to_owned();
-        // another number of the law has no other name
+        // a shift of another law parameter has no other name
         if !candidate.source.is_kin(source) && id != source.id() && !equivalents.contains(&id) {
             equivalents.push(id);
         }
@@ -232,7 +234,7 @@ pub(crate) fn finding(
         Source::Mechanism { definition, form, shape } => {
             let form = &definition.forms[*form];
             for ((amplitude, value), column) in form.amplitudes.iter().zip(amplitudes).zip(&member.base) {
-                // held at the end of what it can be, or the same as other columns: there is nothing to say of it
+                // at the end of its range, or collinear with other columns: the data say nothing of it
                 if (*value == 0.0 && !fit.active.contains(column)) || deviation(*column).is_infinite() {
                     continue;
                 }
@@ -241,7 +243,7 @@ pub(crate) fn finding(
             }
             for (k, (parameter, value)) in form.shape.iter().zip(shape).enumerate() {
                 let sigma = shape_deviation(bench, fit, member, k);
-                // a wave is as long as it is
+                // a wavelength is no idealisation
                 let of_form = if parameter.search == Search::Wave { 0.0 } else { OF_FORM };
                 let sigma = sigma.hypot(of_form * value);
                 let mut e = estimate(parameter.name.to_owned(), *value, sigma, parameter.unit);

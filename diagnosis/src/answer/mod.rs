@@ -1,11 +1,11 @@
-//! The diagnosis and the augmented simulation, written down from what was found.
+//! The answer: diagnosis and augmented simulation, written from what was found.
 //!
 //! ```text
-//! proof        rows that are set aside; scores: the three stages there; carried: how much of each cause is there
-//! aside        what was found beside the fits; play: a coupling with a gap, told before what is beside it
-//! balance      who has which share of the mismatch
-//! finding      what is said of a cause; region: where it acts; shown: what shows without a fit
-//! export       the simulation file that knows what was found
+//! proof        held-out rows; scores: the three stages there; carried: how much of each cause is present there
+//! aside        what was found without a fit; play: backlash of a coupling, identified before anything else
+//! balance      shares of the squared mismatch
+//! finding      name, parameters and sentence of a cause; region: where it acts; shown: findings without a fit
+//! export       the simulation file with the calibrated parameters
 //! ```
 
 pub(crate) mod aside;
@@ -41,20 +41,20 @@ use crate::search::found::Found;
 use crate::search::passes::{LEAST_SHARE, imitated};
 use crate::search::refit;
 
-/// Error on rows that were set aside, of that of the simulation as it was given, from which on a warning is due.
+/// Error on held-out rows, relative to that of the given simulation, above which a warning is due.
 const WORSE: f64 = 1.1;
 
-/// How many names were right of which less than half was there on the rows set aside: about every second one, on a third
-/// of the records of development seed 202 and a quarter of those of trial 7 after it was opened.
+/// Confidence in a name of which less than half was present on the held-out rows: about every second such name was
+/// right, on a third of the records of development seed 202 and a quarter of those of trial 7 after it was opened.
 const TRUST_IF_ABSENT: f64 = 0.45;
 
-/// What is left, of the noise, from which a simulation that nothing was found beside does not match.
+/// Residual, as a multiple of the noise, from which a simulation does not match although nothing was found.
 const FAR_OFF: f64 = 3.0;
 
-/// Share of the mismatch, in square, that is left and not said to be noise-like.
+/// Unexplained share of the squared mismatch above which the rest is not called noise-like.
 const MORE_THAN_NOISE: f64 = 0.1;
 
-/// Writes both.
+/// Writes the diagnosis and the augmented simulation.
 #[expect(clippy::too_many_arguments, reason = "what was found, and where it is written down")]
 pub(crate) fn write(
     simulation: &Simulation,
@@ -112,7 +112,7 @@ pub(crate) fn write(
     Ok((diagnosis, augmented))
 }
 
-/// What is said of the causes that were fitted, in their order.
+/// Findings of the fitted causes, in their order.
 fn of_members(
     nominal: &Nominal,
     side: &Side<'_>,
@@ -150,7 +150,7 @@ fn of_members(
     findings
 }
 
-/// What speaks against the augmented simulation, or against the numbers of the proof.
+/// Adds warnings about the augmented simulation and the hold-out scores.
 fn warn(found: &Found<'_>, proof: &Proof, warnings: &mut Vec<String>) {
     let held = &proof.holdout;
     if !held.is_scored() {
@@ -172,7 +172,7 @@ fn warn(found: &Found<'_>, proof: &Proof, warnings: &mut Vec<String>) {
     }
 }
 
-/// What is left, in words. `unexplained`: its share of the mismatch, in square.
+/// The residual in words. `unexplained`: its share of the squared mismatch.
 fn signature(mechanisms: &[Finding], unexplained: f64) -> &'static str {
     match mechanisms.is_empty() {
         true => "nothing beyond the noise",
@@ -181,15 +181,15 @@ fn signature(mechanisms: &[Finding], unexplained: f64) -> &'static str {
     }
 }
 
-/// Share of what has no name beside which nothing small is sure, and the share that is small there.
+/// Share of unnamed effects beside which no small cause is certain, and the share below which a cause is small there.
 const MOSTLY_UNKNOWN: f64 = 0.5;
 const SMALL_BESIDE: f64 = 0.2;
 
-/// Causes that need not be the same on other rows.
+/// Causes that may differ on other rows.
 const UNSTEADY: [Id; 2] = [Id::StructuralResonance, Id::ForceQuantisation];
 
-/// Takes small causes for a part of what has no name, where that is most of the mismatch: together with what nothing follows
-/// at all. Of such names, on development set 303 and the opened trial 8, seven of eight were false.
+/// Turns small causes into a part of the unknown where unnamed effects, together with what nothing follows, are most of
+/// the mismatch. Of such names, on development set 303 and the opened trial 8, seven of eight were false.
 fn doubt_beside_unknown(findings: &mut [(Finding, Option<Region>)], balance: &Balance) {
     let is_unknown = |finding: &Finding| finding.kind == "unknown";
     let unknown: f64 = findings.iter().filter(|(f, _)| is_unknown(f)).map(|(f, _)| f.share_of_mismatch).sum();
@@ -202,8 +202,8 @@ fn doubt_beside_unknown(findings: &mut [(Finding, Option<Region>)], balance: &Ba
     }
 }
 
-/// Takes the only name back where most of the mismatch is left and less than half of its own force is there on the rows that
-/// were set aside: it follows a part of something else.
+/// Retracts the only name where most of the mismatch is unexplained and less than half of its own force is present on
+/// the held-out rows: it follows a part of something else.
 fn doubt_absent(only: &mut Finding, unexplained: f64) {
     let is_steady = !UNSTEADY.iter().any(|id| only.id == id.name());
     if is_steady && only.carried_over == Some(false) && unexplained > MOSTLY_UNKNOWN {
@@ -211,7 +211,7 @@ fn doubt_absent(only: &mut Finding, unexplained: f64) {
     }
 }
 
-/// Takes a name back. `why`: what its cause does, in words.
+/// Retracts a name. `why`: what its cause does, in words.
 fn take_for_unknown(finding: &mut Finding, why: &str) {
     let statement = format!(
         "Something that the library has no name for; {} {why} and is kept in the augmented simulation.",
@@ -227,8 +227,8 @@ fn take_for_unknown(finding: &mut Finding, why: &str) {
     };
 }
 
-/// All that has no name as one finding: the largest first, and what is said of the others, which may stand in the augmented
-/// simulation, too.
+/// Joins all unnamed effects into one finding: the largest first, with the statements of the others, which may be in
+/// the augmented simulation, too.
 fn with_one_unknown(findings: Vec<(Finding, Option<Region>)>) -> Vec<(Finding, Option<Region>)> {
     let mut written: Vec<(Finding, Option<Region>)> = Vec::new();
     for (finding, region) in findings {
@@ -261,7 +261,7 @@ fn verdict(mechanisms: &[Finding], unexplained: f64) -> Verdict {
     }
 }
 
-/// The run that settles the largest finding that is open. `findings`: those of the members first, in their order.
+/// The run that settles the largest ambiguous finding. `findings`: those of the members first, in their order.
 fn next_experiment(
     nominal: &Nominal,
     side: &Side<'_>,
@@ -289,7 +289,7 @@ fn next_experiment(
     Some(NextExperiment::advised(code, equivalents::text(code)))
 }
 
-/// The simulation with what was found; what a file cannot hold is said in the warnings.
+/// The simulation with what was found; what a file cannot represent goes to the warnings.
 fn augmented(
     nominal: &Nominal,
     values: &[f64],
@@ -319,7 +319,7 @@ fn augmented(
 mod tests {
     use super::*;
 
-    /// A lone finding after the rule was asked.
+    /// A lone finding after the rule was applied.
     fn alone(id: Id, carried_over: Option<bool>, unexplained: f64) -> Finding {
         let mut only = Finding { id: id.name().to_owned(), kind: "physics", carried_over, ..finding::far_off(0.2) };
         doubt_absent(&mut only, unexplained);
@@ -348,7 +348,7 @@ mod tests {
         for (carried_over, unexplained) in [(Some(false), 0.4), (Some(true), 0.8), (None, 0.8)] {
             assert_eq!(alone(Id::ViscousDrag, carried_over, unexplained).id, "viscous-drag");
         }
-        // what is not the same from row to row
+        // causes that differ from row to row
         for id in UNSTEADY {
             assert_eq!(alone(id, Some(false), 0.8).id, id.name());
         }

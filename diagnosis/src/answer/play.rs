@@ -1,8 +1,8 @@
-//! Play of a coupling, told before what is beside it.
+//! Play of a coupling, identified before all other causes.
 //!
-//! Within the gap no force arrives, beyond it all of it does. Where exactly one becomes the other neither the encoder nor
-//! the rows resolve, and every row on the wrong side is off by the whole drag: a handful of them outweighs all else. Once
-//! play is found, the rows up to its edge are set aside, and the search looks at the others.
+//! Within the gap no force arrives, beyond it all of it does. Neither the encoder nor the rows resolve where exactly
+//! one becomes the other, and every row on the wrong side is off by the whole drag: a few of them outweigh everything
+//! else. Once play is found, the rows up to its edge are excluded, and the search uses the others.
 
 use simulation::mechanism::{Added, Context, Id, definition};
 
@@ -15,8 +15,8 @@ use crate::recording::side::Side;
 use crate::report::{Finding, Region};
 use crate::search::found::Found;
 
-/// Travel beyond the edge that may lie before it, of the gap, and at least, m: what an encoder of a micrometre does not
-/// tell.
+/// Margin beyond the edge within which a row may still lie before it: as a share of the gap, and at least, m (what an
+/// encoder of a micrometre does not resolve).
 const BEYOND: f64 = 0.5;
 const AT_LEAST_M: f64 = 3e-6;
 
@@ -24,17 +24,17 @@ const AT_LEAST_M: f64 = 3e-6;
 pub(crate) struct Play {
     source: Source,
     amplitudes: Vec<f64>,
-    /// As the report has it, but for its share.
+    /// The finding without its share.
     finding: Finding,
     region: Option<Region>,
-    /// Squared force, summed over the rows that are compared, N².
+    /// Squared force, summed over the compared rows, N².
     pub(crate) squares_n2: f64,
-    /// p-value of nothing being missing.
+    /// p-value of "nothing is missing".
     pub(crate) p: f64,
 }
 
 impl Play {
-    /// What a search has found of it, unless it is in doubt.
+    /// Play as a member of a search's result, unless doubted.
     pub(crate) fn of(nominal: &Nominal, side: &Side<'_>, training: &[bool], found: &Found<'_>) -> Option<Self> {
         let is_play = |at: &usize| found.members[*at].candidate.source.is(Id::CouplingBacklash);
         let at = (0..found.members.len()).find(is_play).filter(|at| found.doubts[*at].is_none())?;
@@ -52,7 +52,7 @@ impl Play {
         })
     }
 
-    /// What the force shows of a smaller one, around the reversals that are not compared; not in rows that are `held` back.
+    /// Smaller play that the force shows around the reversals that are not compared, excluding rows `held` back.
     pub(crate) fn shown(side: &Side<'_>, gap: &Gap, held: &[bool]) -> Self {
         let source =
             Source::Mechanism { definition: definition(Id::CouplingBacklash), form: 0, shape: vec![gap.gap_m] };
@@ -71,14 +71,14 @@ impl Play {
         }
     }
 
-    /// Travel since the force has turned from which on all of it arrives, m.
+    /// Travel since the last reversal of the force from which on all of it arrives, m.
     pub(crate) fn edge_m(&self) -> f64 {
         let Source::Mechanism { shape, .. } = &self.source else { return 0.0 };
         let gap_m = shape.first().copied().unwrap_or(0.0);
         gap_m + shape.get(1).copied().unwrap_or(0.0) + (BEYOND * gap_m).max(AT_LEAST_M)
     }
 
-    /// Takes the rows up to the edge out of the training.
+    /// Removes the rows up to the edge from the training rows.
     pub(crate) fn set_aside(&self, side: &Side<'_>, training: &mut [bool]) {
         let edge_m = self.edge_m();
         let since_m = side.contexts.iter().flat_map(Context::since_push_m);
@@ -90,13 +90,13 @@ impl Play {
         raw_columns(&self.source, contexts).map(|columns| weighted(&columns, &self.amplitudes)).unwrap_or_default()
     }
 
-    /// What is reported with this share of the mismatch.
+    /// The finding with this share of the mismatch.
     pub(crate) fn reported(&self, share: f64) -> (Finding, Option<Region>) {
         let finding = Finding { share_of_mismatch: share, ..self.finding.clone() };
         (finding, self.region.clone().map(|region| Region { share, ..region }))
     }
 
-    /// For a simulation file.
+    /// Entry of a simulation file.
     pub(crate) fn added(&self) -> Option<Added> {
         added(&self.source, &self.amplitudes)
     }

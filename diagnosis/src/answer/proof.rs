@@ -1,4 +1,4 @@
-//! The score on rows that no step of the search has seen.
+//! Hold-out: rows that no step of the search sees, and the score on them.
 
 use simulation::run::Run;
 
@@ -6,39 +6,39 @@ use crate::noise::rows::Rows;
 use crate::numbers::statistics::rms;
 use crate::report::Holdout;
 
-/// Which rows are set aside, and how that is said.
+/// Which rows are held out, and the description of that choice.
 pub(crate) struct Split {
-    /// One entry a row of all runs.
+    /// One entry per row of all runs.
     pub(crate) held: Vec<bool>,
     pub(crate) description: String,
-    /// Whether other runs are scored than those that taught.
+    /// Whether the scored runs are others than the training runs.
     pub(crate) crosses_runs: bool,
     /// Intervals of held rows.
     pub(crate) intervals: Vec<Interval>,
 }
 
-/// Rows of a run one behind the other.
+/// Consecutive rows of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Interval {
     run: usize,
-    /// From and to, s from the first row of the run.
+    /// Start and end, s from the first row of the run.
     span_s: [f64; 2],
 }
 
-/// Every this many runs, parts or blocks one is set aside.
+/// One in so many runs, parts or blocks is held out.
 const ONE_IN: usize = 4;
 
-/// Length of a block of time that is set aside, s.
+/// Length of a held-out block of time, s.
 const BLOCK_S: f64 = 5.0;
 
 impl Split {
-    /// Nothing is set aside: other files are scored.
+    /// Nothing is held out: other files are scored.
     pub(crate) fn none(rows: usize) -> Self {
         Split { held: vec![false; rows], description: String::new(), crosses_runs: true, intervals: Vec::new() }
     }
 
-    /// By whole runs, else by parts of a test profile, else by blocks of time. Chosen by the clock and the profile
-    /// alone, before any force is looked at.
+    /// By whole runs, else by parts of a test profile, else by blocks of time. The choice depends on clock and profile
+    /// alone, not on any force.
     pub(crate) fn of(runs: &[Run]) -> Self {
         let mut held = Vec::new();
         if runs.len() >= 3 {
@@ -141,7 +141,8 @@ pub(crate) fn score(stages: &Stages, rows: &Rows, intervals: &[Interval], step_s
 /// Draws of the bootstrap.
 const DRAWS: usize = 1000;
 
-/// 95 % interval of the improvement: whole blocks are drawn, because neighbouring rows err together.
+/// Block bootstrap of the improvement, 95 % interval: whole blocks are drawn, because errors of neighbouring rows are
+/// correlated.
 fn interval(calibrated: &[f64], after: &[f64], step_s: f64, seed: u64) -> [f64; 2] {
     let length = ((BLOCK_S / step_s) as usize).min(calibrated.len() / 20).max(1);
     let sum = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();

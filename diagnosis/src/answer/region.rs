@@ -6,7 +6,7 @@ use crate::fit::source::Source;
 use crate::recording::side::Side;
 use crate::report::Region;
 
-/// Where a cause acts: the part of its axis that holds 90 % of its power.
+/// Region where a cause acts: the part of its axis that holds the central 90 % of its power.
 pub(crate) fn region(
     side: &Side<'_>,
     compared: &[bool],

@@ -1,4 +1,4 @@
-//! The three stages on rows that no step of the search has seen, and what each cause does there.
+//! Scores of the three stages on held-out rows, and what each cause does there.
 
 use simulation::Simulation;
 use simulation::curve::Axis;
@@ -22,14 +22,14 @@ use crate::report::{Carried, DataQuality, Holdout};
 use crate::search::found::Found;
 use crate::search::open_set::is_clock;
 
-/// Scores, and residuals of the recordings that taught.
+/// Scores, and residuals on the training recordings.
 pub(crate) struct Proof {
     pub(crate) holdout: Holdout,
-    /// How much of each member is there on the scored rows; `None` where they tell nothing of it.
+    /// How much of each member is present on the scored rows; `None` where they tell nothing of it.
     pub(crate) carried: Vec<Option<Carried>>,
-    /// Residuals on all rows that taught or were set aside.
+    /// Residuals on all rows of the training recordings, held out or not.
     pub(crate) own: Stages,
-    /// Scored rows that are averaged to one.
+    /// Scored rows averaged to one.
     pub(crate) averaged: usize,
 }
 
@@ -100,7 +100,7 @@ impl Scene<'_> {
         Ok(Stages { before: side.residual(self.nominal, &self.given)?, calibrated, after })
     }
 
-    /// What the law beside the members and those leave.
+    /// Residual of the law beside the members, and of these.
     fn with_members(&self, side: &Side<'_>, crosses: bool) -> Result<Vec<f64>, String> {
         let mut left = side.residual(self.nominal, &self.found.with_shifts)?;
         for at in 0..self.found.members.len() {
@@ -113,24 +113,24 @@ impl Scene<'_> {
         Ok(left)
     }
 
-    /// Whether all that was found is bound to the time of its recording: of another nothing is known but the law, which beside
-    /// such curves may be led far from it.
+    /// Whether everything found is bound to the time of its recording: then only the law says anything of another
+    /// recording, and beside such curves it may have been moved far off.
     fn is_all_of_its_time(&self) -> bool {
         (0..self.found.members.len()).all(|at| self.is_of_its_time(at))
     }
 
-    /// Whether a member is a curve over the time that a recording took or the way that it went, of which another has its own, or
-    /// something else without a name that was fitted beside such a curve.
+    /// Whether a member is a curve over a recording's time or travel, which differ in another recording, or another
+    /// unnamed effect that was fitted beside such a curve.
     fn is_of_its_time(&self, at: usize) -> bool {
         let Found { members, doubts, .. } = self.found;
         let is_nameless = members[at].candidate.source.is_story() || doubts[at].is_some();
         is_nameless && members.iter().any(|member| follows_time(&member.candidate.source))
     }
 
-    /// Whether a member is bound to places, or to a time, that another recording does not share.
+    /// Whether a member is bound to places or to a time that another recording does not share.
     fn is_elsewhere(&self, at: usize, crosses: bool) -> bool {
         let source = &self.found.members[at].candidate.source;
-        // of a clock another recording does not tell the time
+        // another recording does not share the phase of a clock
         crosses && (is_clock(source) || self.is_of_its_time(at) || (self.is_relative && source.is_phase_bound()))
     }
 
@@ -141,8 +141,8 @@ impl Scene<'_> {
         Some(weighted(&raw_columns(source, contexts)?, &member.amplitudes(&self.found.fit)))
     }
 
-    /// What can be said of a member where places are not those that taught: its mean along the stroke, in either direction
-    /// and as far as it goes with the law's force. A wave has none.
+    /// What a member predicts where places differ from those of the training runs: its mean along the stroke, for both
+    /// directions and in proportion to the law's force. A wave has no mean.
     fn without_place(&self, contexts: &[Context<'_>], at: usize) -> Option<Vec<f64>> {
         if wavelength_m(&self.found.members[at].candidate.source).is_some() {
             return None;
@@ -162,7 +162,7 @@ impl Scene<'_> {
         Some(contexts.iter().flat_map(carriers).map(|carriers| dot(&carriers, &mean)).collect())
     }
 
-    /// How much of each member is there, everything else as it was found.
+    /// How much of each member is present, everything else as it was found.
     fn carried(
         &self,
         side: &Side<'_>,
@@ -190,7 +190,7 @@ impl Scene<'_> {
         Ok(found.members.iter().zip(&forces).map(share).collect())
     }
 
-    /// What a number of the law that is off does beside the others.
+    /// Effect of a shifted law parameter beside the others.
     fn force_of_shift(&self, side: &Side<'_>, parameter: usize) -> Result<Vec<f64>, String> {
         let mut values = self.found.with_shifts.clone();
         values[parameter] = 0.0;
@@ -200,8 +200,8 @@ impl Scene<'_> {
     }
 }
 
-/// What a force without a place may go with, row by row: nothing, the direction, the law's force in both directions alike
-/// and in each its own way.
+/// Regressors, row by row, for a force whose places are unknown: constant, direction, and the law's force with its sign
+/// and without.
 fn carriers(context: &Context<'_>) -> impl Iterator<Item = [f64; 4]> {
     context.direction.iter().zip(&context.steady.force_n).map(|(direction, force)| {
         let force = if force.is_finite() { *force } else { 0.0 };
@@ -209,7 +209,7 @@ fn carriers(context: &Context<'_>) -> impl Iterator<Item = [f64; 4]> {
     })
 }
 
-/// Whether a curve follows the time that a recording took or the way that it went: another has its own.
+/// Whether a curve follows a recording's time or travel, which differ in another recording.
 fn follows_time(source: &Source) -> bool {
     matches!(source, Source::Story { curve } if matches!(curve.axis, Axis::Time | Axis::Travel))
 }

@@ -1,4 +1,4 @@
-//! What shows by itself, without a fit: in a channel, in its spectrum, or in what a search leaves.
+//! Findings without a fit: from a channel, its spectrum, or the residual of a search.
 
 use simulation::mechanism::{Added, Id};
 
@@ -15,19 +15,19 @@ use crate::recording::side::Side;
 use crate::report::{Finding, Region};
 use crate::search::found::Found;
 
-/// What shows by itself, each with its share of the squared mismatch, 0 to 1.
+/// Findings without a fit, each with its share of the squared mismatch, 0 to 1.
 pub(crate) struct Shown<'a> {
-    /// Step of the force channel, N.
+    /// Quantisation step of the force channel, N.
     rounding: Option<(f64, f64)>,
-    /// Force beyond which the channel tells no more, N.
+    /// Force at which the channel saturates, N.
     clipped: Option<(f64, f64)>,
     speed: Option<(SetAside, f64)>,
     heard: Option<(&'a Heard, f64)>,
     play: Option<(&'a Play, f64)>,
     spots: Option<(&'a Spots, f64)>,
-    /// A rest that comes and goes.
+    /// A residual that comes and goes.
     unsteady: Option<f64>,
-    /// p-values of what was looked for.
+    /// p-values of what was searched for.
     p: Vec<f64>,
 }
 
@@ -48,7 +48,7 @@ impl<'a> Shown<'a> {
         }
     }
 
-    /// p-value of all of it being chance, together with that of a search. What a channel shows is no matter of chance.
+    /// p-value of all of it being chance, including that of a search. What a channel shows directly is certain.
     pub(crate) fn p_beside(&self, searched: f64) -> f64 {
         if self.rounding.is_some() || self.clipped.is_some() || self.speed.is_some() {
             return 0.0;
@@ -56,8 +56,8 @@ impl<'a> Shown<'a> {
         least_of(self.p.iter().copied().chain([searched]))
     }
 
-    /// What is said of it. A resonance that was fitted where reversals strike it is the one that is heard: `fitted` tells
-    /// its finding, and gets the better words.
+    /// The findings. A resonance fitted from excitation by reversals is the same as the one heard in the spectrum: the
+    /// `fitted` finding is then replaced by the better description.
     pub(crate) fn findings(&self, fitted: Option<&mut Finding>) -> Vec<(Finding, Option<Region>)> {
         let mut findings: Vec<(Finding, Option<Region>)> = Vec::new();
         let mut say = |finding: Option<Finding>| findings.extend(finding.map(|finding| (finding, None)));
@@ -66,7 +66,7 @@ impl<'a> Shown<'a> {
         say(self.rounding.map(|(step_n, share)| quantisation(step_n, share)));
         say(self.clipped.map(|(limit_n, share)| saturation(limit_n, share)));
         match (self.heard, fitted) {
-            // too damped to ring where reversals strike it, and heard all the same: rolling strikes it harder
+            // heard although its fit from reversals is too damped to ring: rolling excites it harder
             (Some((heard, share)), Some(fitted)) => *fitted = resonance(heard, share + fitted.share_of_mismatch),
             (Some((heard, share)), None) => say(Some(resonance(heard, share))),
             (None, _) => {}
@@ -76,7 +76,7 @@ impl<'a> Shown<'a> {
         findings
     }
 
-    /// For a simulation file.
+    /// Entries of a simulation file.
     pub(crate) fn added(&self, noise_n: f64, moved_mass_kg: f64) -> Vec<Added> {
         let one = |id, form, shape, amplitudes| Some(Added { id, form, shape, amplitudes });
         let speed = self.speed.and_then(|_| one(Id::SpeedNoise, 1, Vec::new(), vec![1.0, moved_mass_kg]));
