@@ -1,8 +1,9 @@
-//! Long recordings as fewer rows: averages of neighbours, so that a day of samples costs no more than minutes of them.
+//! Condensing: long recordings as averages of neighbouring rows, so that a day of samples costs no more than minutes of
+//! them.
 //!
-//! Averages of `k` rows keep all that is slower than `k` samples; noise falls by `sqrt(k)`. Rows of two parts are never
-//! averaged together: what is left over at the end of a part is dropped. A force that mostly stays on a step of its channel in some part is not averaged but read
-//! every `k` rows: a mean of steps is no step.
+//! Averages of `k` rows keep everything slower than `k` samples; noise falls by `sqrt(k)`. Rows of two parts are never
+//! averaged together: what is left over at the end of a part is dropped. A force that mostly stays on one quantisation
+//! step in some part is not averaged but decimated to every `k`th row: a mean of steps is no step.
 
 use std::ops::Range;
 
@@ -10,15 +11,16 @@ use simulation::run::{Part, Run};
 
 use crate::numbers::rounding::quantum;
 
-/// Rows of all runs together from which they are averaged. Up to here law and causes are computed row by row, and what is too much for
-/// the search is averaged behind them, by [`crate::noise::rows`]: averages of a motion blur reversals, and play within them.
+/// Number of rows of all runs together above which they are averaged. Up to it, law and causes are computed row by row,
+/// and what is too much for the search is averaged afterwards, by [`crate::noise::rows`]: averages of a motion blur
+/// reversals, and the play within them.
 const MOST_ROWS: usize = 240_000;
 
-/// Longest time that is averaged here, s: a law is no longer that of the averages where the speed changes within it.
-/// What is still too much then is averaged behind the law and the causes, by [`crate::noise::rows`].
+/// Longest averaging time here, s: where the speed changes within it, the law of the averages is no longer the average
+/// of the law. What is still too much is averaged after evaluation of law and causes, by [`crate::noise::rows`].
 const LONGEST_S: f64 = 0.04;
 
-/// Rows that become one.
+/// Number of rows averaged to one.
 pub(crate) fn factor(runs: &[Run]) -> usize {
     let step_s = runs.iter().map(Run::step_s).filter(|step| *step > 0.0).fold(0.0, f64::max);
     let longest = if step_s > 0.0 { (LONGEST_S / step_s).max(1.0) as usize } else { 1 };
@@ -57,7 +59,7 @@ pub(crate) fn condensed(run: &Run, factor: usize) -> Run {
     }
 }
 
-/// Whether the force counts in steps that noise does not carry it over in most rows of some part.
+/// Whether the force stays on its quantisation steps in most rows of some part.
 fn stays_on_steps(run: &Run) -> bool {
     let is_still = |part: &Part| {
         let still = run.drag_force_n[part.rows.clone()].windows(2).filter(|pair| pair[0] == pair[1]).count();
@@ -70,7 +72,7 @@ fn middle_row(values: &[f64]) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// Mean of the values that there are, counted from the first: no digits are lost to a large offset.
+/// Mean of the finite values, relative to the first, so that no digits are lost to a large offset.
 fn mean_of_told(values: &[f64]) -> f64 {
     let Some(first) = values.iter().find(|x| x.is_finite()) else { return f64::NAN };
     let (mut sum, mut count) = (0.0, 0usize);

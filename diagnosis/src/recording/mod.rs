@@ -1,11 +1,11 @@
-//! Runs, made ready to be held against a simulation.
+//! Recordings, prepared for comparison with a simulation.
 //!
 //! ```text
-//! sanity       what is wrong with the recording; rows that cannot be compared
-//! side         runs with what follows from their motion
-//! moving       their motion, and channels with less of their noise
-//! resolution   the time over which they are compared
-//! condense     averages of a fast one
+//! sanity       defects of the recording; rows that cannot be compared
+//! side         runs with everything derived from their motion
+//! moving       their motion, and channels with less noise
+//! resolution   the averaging time of the comparison
+//! condense     averages of a fast recording
 //! ```
 
 pub(crate) mod condense;

@@ -1,8 +1,9 @@
-//! Runs and their motion, with the noise taken out that a column would share with the mismatch.
+//! Runs and their motion, without the noise that a column would have in common with the mismatch.
 //!
-//! The law is evaluated at what channels read, so their noise is in the mismatch. It is in every column that is made of the
-//! law's force as well, and there explains itself: a force that comes late, held against one that does not, is mostly the
-//! noise of the speed. What law and columns are evaluated at is therefore a mean of as many rows as say the same.
+//! The law is evaluated at the channels' readings, so their noise is in the mismatch. It is also in every column made
+//! from the law's force, and there it explains itself: the difference between a delayed force and an undelayed one is
+//! mostly the noise of the speed. Law and columns are therefore evaluated at means over as many rows as agree within
+//! noise.
 
 use std::borrow::Cow;
 
@@ -12,13 +13,13 @@ use simulation::run::Run;
 /// Runs and their motion.
 pub(crate) struct Moving<'r> {
     pub(crate) runs: Cow<'r, [Run]>,
-    /// What the law is evaluated at.
+    /// Motion at which the law is evaluated.
     pub(crate) motions: Vec<Motion>,
-    /// The same with the noise of a measured acceleration taken out: what mechanisms are made of.
+    /// The same without the noise of a measured acceleration: the motion at which mechanisms are evaluated.
     pub(crate) smooth: Vec<Motion>,
     /// Motion as it was recorded.
     pub(crate) recorded: Vec<Motion>,
-    /// Whether the velocity is calm, too.
+    /// Whether the velocity is smoothed, too.
     pub(crate) has_calm_speed: bool,
 }
 
@@ -31,7 +32,7 @@ impl<'r> Moving<'r> {
         Moving { runs: Cow::Borrowed(runs), motions, smooth, recorded, has_calm_speed: false }
     }
 
-    /// The same with calm channels. A velocity whose noise is a fault with a name of its own keeps it.
+    /// The same with smoothed ("calm") channels. A velocity whose noise is a cause of its own keeps it.
     pub(crate) fn calmed(self, has_calm_speed: bool) -> Self {
         let Moving { runs, mut motions, mut smooth, recorded, .. } = self;
         let mut calm_runs = Vec::with_capacity(runs.len());
@@ -47,7 +48,7 @@ impl<'r> Moving<'r> {
     }
 }
 
-/// A run whose loads and temperatures hold less noise.
+/// A run with less noise in its loads and temperatures.
 fn calmed(run: &Run) -> Run {
     let channel = |column: &Option<Vec<f64>>| column.as_ref().map(|column| calm(run, column));
     Run {
@@ -60,8 +61,8 @@ fn calmed(run: &Run) -> Run {
     }
 }
 
-/// Motion whose acceleration does not share its noise with the mismatch: that of the position where acceleration was
-/// measured. The law's inertia keeps the measured one; a column that shared it would explain noise by noise.
+/// Motion whose acceleration does not share its noise with the mismatch: where acceleration was measured, that derived
+/// from the position. The law's inertia keeps the measured one; a column with it would explain noise by noise.
 fn smoothed(runs: &[Run], motions: &[Motion]) -> Vec<Motion> {
     runs.iter()
         .zip(motions)

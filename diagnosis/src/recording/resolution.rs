@@ -1,4 +1,4 @@
-//! The time over which force and motion are compared.
+//! Resolution: the averaging time over which force and motion are compared.
 
 use simulation::motion::Motion;
 use simulation::run::Run;
@@ -7,22 +7,23 @@ use crate::noise::third_differences;
 use crate::nominal::Nominal;
 use crate::numbers::statistics::robust_sigma;
 
-/// Averages that a recording must be left with.
+/// Fewest averages that a recording must be left with.
 const FEWEST: usize = 1000;
 
-/// An acceleration is not resolved where its error is larger than noise and so many times what it mostly is.
+/// Least error of an unresolved acceleration, as a multiple of its usual error; it must exceed the noise as well.
 const OUTSTANDING: f64 = 5.0;
 
-/// Share of a run's rows from which corners are left out: a few are averaged away with the rest, or told by what is fast in the acceleration.
+/// Share of a run's rows below which corners are kept: a few are averaged away with the rest, or covered by the fast
+/// part of the acceleration.
 const OFTEN: f64 = 0.03;
 
-/// The largest such share beside a column of force.
+/// Largest such share beside a column of simulated force.
 const MOST_OF_COLUMN: f64 = 0.15;
 
-/// Rows that are averaged to one. A force follows a step of the acceleration at once; the acceleration that the
-/// parabola through `2m + 1` positions tells is 2 % short at a period of `32 m` rows and nothing above. Averages of
-/// `8 m` rows compare both where both are right, as far as enough of them are left. Where the acceleration is smooth but for
-/// corners, and those are not compared ([`unresolved`]), rows stay as they are.
+/// Number of rows averaged to one. A force follows a step of the acceleration at once; the acceleration derived from a
+/// parabola through `2m + 1` positions is 2 % too small at a period of `32 m` rows, and less above. Averages of `8 m`
+/// rows compare both where both are right, as far as enough of them are left. Where the acceleration is smooth but for
+/// corners, and those are excluded ([`unresolved`]), rows are not averaged.
 pub(crate) fn coarsest(nominal: &Nominal, runs: &[Run], motions: &[Motion]) -> usize {
     let derived = runs.iter().all(|run| run.acceleration_m_s2.is_none() && run.velocity_m_s.is_none());
     if !derived || !nominal.accelerates_mass() {
@@ -35,9 +36,10 @@ pub(crate) fn coarsest(nominal: &Nominal, runs: &[Run], motions: &[Motion]) -> u
     (8 * motions.iter().map(|motion| motion.acceleration_reach).max().unwrap_or(0)).min(most).max(1)
 }
 
-/// Rows whose derived acceleration is not that of the carriage: within the window of a corner of the speed, where a parabola rounds it. An error
-/// that is everywhere alike is no corner, and one below the noise of the force does no harm. None of a column of force where there would be many: it holds its
-/// inertia, which is exact for as long as the friction in it is not far off.
+/// Rows whose derived acceleration is not that of the carriage: within the window of a corner of the speed, which a
+/// parabola rounds. An error that is the same everywhere is no corner, and one below the noise of the force does no
+/// harm. None for a column of simulated force where there would be many: it includes its inertia, which is exact as
+/// long as its friction is not far off.
 pub(crate) fn unresolved(nominal: &Nominal, run: &Run, motion: &Motion) -> Vec<bool> {
     let moved_kg = nominal.moved_kg(run, motion);
     if run.acceleration_m_s2.is_some() || !(moved_kg > 0.0) {
@@ -53,8 +55,9 @@ pub(crate) fn unresolved(nominal: &Nominal, run: &Run, motion: &Motion) -> Vec<b
     if share < OFTEN || too_many { vec![false; run.len()] } else { found }
 }
 
-/// Error of the force of inertia by a derived acceleration, N: the second derivative of a parabola through `2m + 1` rows of a
-/// quartic errs by some `a'' (m Δt)²/5`, and so does the slope of one through a cubic velocity. The largest of all rows whose windows meet.
+/// Error of the inertial force from a derived acceleration, N, as the maximum over all rows whose windows overlap: for
+/// a quartic, the second derivative of a parabola through `2m + 1` rows errs by about `a'' (m Δt)²/5`, and so does the
+/// slope of a parabola through a cubic velocity.
 fn rounded_off_n(run: &Run, motion: &Motion, moved_kg: f64) -> Vec<f64> {
     let (m, a) = (motion.reach, &motion.acceleration_m_s2);
     let (mut own, mut around) = (vec![0.0; run.len()], vec![0.0; run.len()]);

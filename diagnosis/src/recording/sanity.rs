@@ -1,4 +1,4 @@
-//! What is wrong with a recording before any physics: rows that cannot be compared, and channels that lie.
+//! Sanity: defects of a recording before any physics, that is rows that cannot be compared, and faulty channels.
 
 use simulation::law::Steady;
 use simulation::motion::Motion;
@@ -9,17 +9,17 @@ use crate::numbers::rounding::quantum;
 use crate::numbers::statistics::robust_sigma;
 use crate::report::DataQuality;
 
-/// No guide carries more, N.
+/// Largest credible force, N: no guide carries more.
 const LARGEST_N: f64 = 1e9;
 
-/// Fewest rows that allow a judgement.
+/// Fewest rows for a judgement.
 pub(crate) const FEWEST_ROWS: usize = 200;
 
 /// Marks the rows of one run that can be compared, and counts the others.
 ///
-/// The law has no value at rest, and within the window of differentiation around a start, a stop or a reversal, and behind a
-/// break, the sign of the velocity is not known. `recorded` is that sign before the velocity was made calm, `unresolved`
-/// are rows whose acceleration is not known, where there are any.
+/// The law has no value at rest. Around a start, a stop or a reversal (within the window of differentiation), and after
+/// a break, the sign of the velocity is unknown. `recorded`: that sign before smoothing of the velocity; `unresolved`:
+/// rows of unknown acceleration, if any.
 pub(crate) fn compared(
     run: &Run,
     motion: &Motion,
@@ -57,7 +57,7 @@ pub(crate) fn compared(
     reject("slower-than-zero-speed", &mut |n| direction[n] == 0.0 || recorded[n] == 0.0);
     let mut near = vec![false; rows];
     for part in &run.parts {
-        // a part behind a break starts as a turn does: how the carriage came there was not recorded
+        // a part after a break begins like a turn: how the carriage got there was not recorded
         if !matches!(part.starts, Break::Start) {
             near[part.rows.start..(part.rows.start + motion.reach).min(part.rows.end)].fill(true);
         }
@@ -82,15 +82,15 @@ pub(crate) fn compared(
     keep
 }
 
-/// Relative error of the speed that is accepted: friction at low speed changes with its logarithm.
+/// Largest accepted relative error of the speed: friction at low speed changes with its logarithm.
 const RESOLVED: f64 = 0.03;
 
-/// Relative change of the speed within an average that is accepted: the law of the mean speed is the mean of the law to
-/// a 24th of its square.
+/// Largest accepted relative change of the speed within an average: the law at the mean speed equals the mean of the
+/// law to within a 24th of the square of this change.
 const STEADY: f64 = 0.15;
 
-/// Error of a derived velocity where the acceleration changes within the window, m/s: the slope of a parabola through
-/// `2m + 1` rows of a cubic errs by `j Δt² (3m² + 3m - 1)/30`.
+/// Error of a derived velocity where the acceleration changes within the window, m/s: for a cubic, the slope of a
+/// parabola through `2m + 1` rows errs by `j Δt² (3m² + 3m - 1)/30`, with the jerk `j`.
 fn blur_m_s(run: &Run, motion: &Motion) -> Vec<f64> {
     let rows = run.len();
     let mut blur = vec![0.0; rows];
@@ -113,7 +113,7 @@ fn blur_m_s(run: &Run, motion: &Motion) -> Vec<f64> {
     blur
 }
 
-/// Looks at the channels of one run. Lines are added to the warnings; a reason comes back if the run cannot be used.
+/// Checks the channels of one run. Defects are added to the warnings; returns a reason if the run cannot be used.
 pub(crate) fn channels(run: &Run, quality: &mut DataQuality) -> Option<String> {
     let name = |text: String| named(run, text);
     let force = &run.drag_force_n;
@@ -159,13 +159,13 @@ pub(crate) fn channels(run: &Run, quality: &mut DataQuality) -> Option<String> {
     None
 }
 
-/// Time between rows from which its unit is asked for, s.
+/// Time between rows above which its unit is questioned, s.
 const SLOW_S: f64 = 1.0;
 
-/// Recorded force over that of the simulation beyond which its unit is asked for: no guide is off by so much.
+/// Ratio of recorded to simulated force, or its inverse, above which the unit is questioned: no guide is that far off.
 const OTHER_UNIT: f64 = 3.0;
 
-/// Asks for the unit of the force where its size is another one than the simulation's; both are RMS, N.
+/// Questions the unit of the force where its size differs much from the simulation's; both are RMS, N.
 pub(crate) fn scale(recorded_n: f64, simulated_n: f64, quality: &mut DataQuality) {
     let ratio = recorded_n / simulated_n;
     if ratio.is_finite() && ratio > 0.0 && !(1.0 / OTHER_UNIT..=OTHER_UNIT).contains(&ratio) {
@@ -176,7 +176,7 @@ pub(crate) fn scale(recorded_n: f64, simulated_n: f64, quality: &mut DataQuality
     }
 }
 
-/// Looks at how force and motion go together, as [`channels`] does at each alone.
+/// Checks force against motion, as [`channels`] checks each alone.
 pub(crate) fn moves(run: &Run, motion: &Motion, quality: &mut DataQuality) -> Option<String> {
     if let Some(reason) = unit(run, motion) {
         return Some(named(run, reason));
@@ -201,7 +201,7 @@ fn extremes(x: &[f64]) -> (f64, f64) {
     x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)))
 }
 
-/// Share of rows at exactly the largest or smallest value, where it is more than a quantised signal would show.
+/// Share of rows at exactly the largest or smallest value, where it exceeds what a quantised signal would show.
 fn at_rails(x: &[f64], low: f64, high: f64) -> Option<f64> {
     let step = quantum(x).unwrap_or(0.0);
     [low, high]
@@ -220,7 +220,7 @@ fn at_rails(x: &[f64], low: f64, high: f64) -> Option<f64> {
         .max_by(f64::total_cmp)
 }
 
-/// Values of the force at which its channel ends, N: more rows lie at exactly that value than beside it.
+/// Forces at which the channel saturates, N: many more rows lie at exactly that value than close to it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ChannelEnds(Vec<f64>);
 
@@ -235,7 +235,7 @@ impl ChannelEnds {
             return ChannelEnds::default();
         }
         let step = quantum(x).unwrap_or(0.0);
-        // what a channel that counts coarsely holds repeats between the ends as well
+        // a coarsely quantised channel repeats values between the ends as well
         let often = most_often(x, low, high);
         let width = 0.002 * (high - low) + step;
         let is_end = |edge: &f64| {
@@ -246,38 +246,39 @@ impl ChannelEnds {
         ChannelEnds([low, high].into_iter().filter(is_end).collect())
     }
 
-    /// Whether a force lies there.
+    /// Whether a force lies at one of them.
     pub(crate) fn has(&self, force_n: f64) -> bool {
         self.0.contains(&force_n)
     }
 
-    /// The smaller size of both, N.
+    /// The smaller magnitude of the two, N.
     pub(crate) fn limit_n(&self) -> Option<f64> {
         self.0.iter().map(|end| end.abs()).min_by(f64::total_cmp)
     }
 }
 
-/// Noise, of the range, of which no sensor has less.
+/// Noise, relative to the range, below which a force has none: every sensor has more.
 const WITHOUT_NOISE: f64 = 1e-6;
 
-/// How often the commonest value between both ends comes.
+/// Number of occurrences of the most frequent value between both ends.
 fn most_often(x: &[f64], low: f64, high: f64) -> usize {
     let mut between: Vec<f64> = x.iter().copied().filter(|x| *x > low && *x < high).collect();
     between.sort_unstable_by(f64::total_cmp);
     between.chunk_by(|a, b| a == b).map(<[f64]>::len).max().unwrap_or(0)
 }
 
-/// Reason of a row at an end of the force channel, where the force is not known, and of those beside it.
+/// Rejection reason of a row at an end of the force channel, where the force is unknown, and of its neighbours.
 const CLIPPED: &str = "near-an-end-of-the-force-channel";
 
-/// Rows to either side of one at an end that are not compared either: where noise alone keeps a force off the end, what is
-/// left of it is not centred.
+/// Rows to either side of a saturated one that are excluded as well: where only noise keeps a force off the end, its
+/// residual is biased.
 const BESIDE_CLIPPED: usize = 10;
 
-/// Rows at exactly the end of a channel that are no chance.
+/// Fewest rows at exactly the end of a channel that are no coincidence.
 const ON_THE_EDGE: usize = 8;
 
-/// Whether speeds and accelerations are such as a carriage has; a unit that is off by 60 or 1000 gives others.
+/// Whether speeds and accelerations are possible for a carriage: with a unit wrong by 60 or 1000 they are not. Returns
+/// the complaint.
 pub(crate) fn unit(run: &Run, motion: &Motion) -> Option<String> {
     let rms = |x: &[f64]| (x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64).sqrt();
     let mut speeds: Vec<f64> = motion.velocity_m_s.iter().map(|v| v.abs()).filter(|v| v.is_finite()).collect();
@@ -317,10 +318,10 @@ pub(crate) fn unit(run: &Run, motion: &Motion) -> Option<String> {
     None
 }
 
-/// Faster than any carriage on balls: catalogues end at 5 m/s, and at 10 for what is made to order.
+/// Speed above that of any ball-guided carriage, m/s: catalogues end at 5 m/s, custom designs at 10.
 const FASTEST_M_S: f64 = 12.0;
 
-/// Longest run of rows with the same value, if it is long.
+/// Longest sequence of rows with the same value (first row, length), if it is suspiciously long.
 fn longest_still(x: &[f64]) -> Option<(usize, usize)> {
     let (mut best, mut start) = ((0, 0), 0);
     for n in 1..=x.len() {

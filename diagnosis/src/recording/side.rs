@@ -1,4 +1,4 @@
-//! Runs with everything that follows from their motion.
+//! Runs with everything derived from their motion.
 
 use simulation::Simulation;
 use simulation::law::Missing;
@@ -11,26 +11,27 @@ use crate::recording::resolution::unresolved;
 use crate::recording::sanity::{self, ChannelEnds};
 use crate::report::DataQuality;
 
-/// Runs with everything that follows from their motion.
+/// Runs with everything derived from their motion.
 pub(crate) struct Side<'a> {
     pub(crate) moving: &'a Moving<'a>,
     pub(crate) runs: &'a [Run],
     pub(crate) contexts: Vec<Context<'a>>,
-    /// Rows that can be compared, of all runs laid end to end.
+    /// Rows that can be compared; all runs concatenated.
     pub(crate) compared: Vec<bool>,
-    /// Force that the simulation file's own mechanisms and curves add, N.
+    /// Force of the simulation file's own mechanisms and curves, N.
     pub(crate) beside_law_n: Vec<f64>,
     pub(crate) drag_n: Vec<f64>,
-    /// Rows at an end of the force channel, of all runs laid end to end.
+    /// Rows at an end of the force channel; all runs concatenated.
     pub(crate) clipped: Vec<bool>,
-    /// Size of the force at which the channel ends, N, where a run shows it.
+    /// Magnitude of the force at which the channel saturates, N, where a run shows it.
     pub(crate) limit_n: Option<f64>,
     /// Whether every row is an average of several.
     pub(crate) is_averaged: bool,
 }
 
 impl<'a> Side<'a> {
-    /// What follows from the runs where the law's numbers have these values. Rows that cannot be compared are counted.
+    /// Derives everything from the runs, with the law's parameters at these values. Rejected rows are counted in
+    /// `quality`.
     pub(crate) fn new(
         simulation: &Simulation,
         nominal: &Nominal,
@@ -80,7 +81,7 @@ impl<'a> Side<'a> {
         Ok(side)
     }
 
-    /// Force of the law with what the simulation file has beside it.
+    /// Force of the law and of the simulation file's own mechanisms and curves, N.
     pub(crate) fn force(&self, nominal: &Nominal, values: &[f64]) -> Result<Vec<f64>, String> {
         let mut force = Vec::with_capacity(self.drag_n.len());
         for (run, motion) in self.runs.iter().zip(&self.moving.motions) {
@@ -106,14 +107,14 @@ impl<'a> Side<'a> {
                 .tangent(values, run, motion, &force, &context.steady.direction)
                 .map_err(|why| said(run, &why))?;
             for (column, own) in columns.iter_mut().zip(own) {
-                // where the law has no slope, nothing can be said of its number
+                // where the law has no slope, nothing can be said of its parameter
                 column.extend(own.into_iter().map(|x| if x.is_finite() { x } else { 0.0 }));
             }
         }
         Ok(columns)
     }
 
-    /// The same where the law's numbers have other values.
+    /// The same at other values of the law's parameters.
     pub(crate) fn again(&self, simulation: &Simulation, nominal: &Nominal, values: &[f64]) -> Result<Self, String> {
         Side::new(simulation, nominal, values, self.moving, self.is_averaged, &mut DataQuality::default())
     }
