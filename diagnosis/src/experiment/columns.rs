@@ -1,5 +1,5 @@
-//! What the law and every explanation make of a recording, and of a run that there is not, as columns in one order: the
-//! law's tangent, what else was found, then each rival with its changes of shape.
+//! Columns of the law and of every explanation, over the recording and over a hypothetical run, in one order: the law's
+//! tangent, other causes found, then each rival with its changes of shape.
 
 use simulation::Simulation;
 use simulation::mechanism::{Context, Id, Search};
@@ -17,12 +17,12 @@ use super::menu::{Entry, KNOWN_MASS_KG, added_mass_kg, dead_weight_n, is_free, l
 use super::scene::Scene;
 use super::separation::Explanation;
 
-/// Step of a wavelength, relative: its phase adds up.
+/// Relative step of a wavelength; small, because its phase error accumulates.
 const OF_WAVE: f64 = 1e-3;
 
-/// The columns' sources and places.
+/// Sources and indices of the columns.
 pub(super) struct Parts {
-    /// Number of columns that all explanations have.
+    /// Number of columns that all explanations have in common.
     pub(super) common: usize,
     law: usize,
     others: Vec<Source>,
@@ -30,7 +30,7 @@ pub(super) struct Parts {
     pub(super) rivals: Vec<Explanation>,
 }
 
-/// A rival, and itself with a shape parameter moved.
+/// A rival, and itself with one shape parameter moved.
 struct Rival {
     source: Source,
     amplitudes: Vec<f64>,
@@ -38,7 +38,7 @@ struct Rival {
 }
 
 impl Parts {
-    /// Rivals without a force are left out.
+    /// Rivals without a force are omitted.
     pub(super) fn of(found: &Found<'_>, others: &[Member], rivals: &[&Candidate]) -> Self {
         let bench = &found.bench;
         let fit = bench.fit_members(others);
@@ -65,14 +65,14 @@ impl Parts {
         parts
     }
 
-    /// What the rivals are.
+    /// Sources of the rivals.
     pub(super) fn sources(&self) -> impl Iterator<Item = &Source> {
         self.sources.iter().map(|rival| &rival.source)
     }
 }
 
-/// The source with one of its shape parameters moved, for each that is searched: a step of its grid either way, so that
-/// richer forms of the same cause, with two time constants for one, are within reach.
+/// The source with one of its searched shape parameters moved, for each of them: one grid step either way, which also
+/// covers richer forms of the same cause, such as two time constants instead of one.
 fn moved(source: &Source) -> Vec<Source> {
     let Source::Mechanism { definition, form, shape } = source else { return Vec::new() };
     let mut sources = Vec::new();
@@ -97,7 +97,7 @@ fn moved(source: &Source) -> Vec<Source> {
     sources
 }
 
-/// Change of a force with a step of the shape.
+/// Change of a force by a step of the shape.
 fn slope(here: &[Vec<f32>], there: &[Vec<f32>], amplitudes: &[f64]) -> Vec<f32> {
     let rows = here.first().map_or(0, Vec::len);
     let mut slope = vec![0.0; rows];
@@ -164,7 +164,7 @@ pub(super) fn of_run(
         }
         contexts.push(context);
     }
-    // rows before the dead weight hangs on a sensor that is free
+    // before the dead weight hangs on the sensor, it is free
     let half = weights.len() / 2;
     let raw = |source: &Source, count: usize| -> Vec<Vec<f64>> {
         let none = || vec![vec![0.0; weights.len()]; count];

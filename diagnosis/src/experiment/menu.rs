@@ -1,24 +1,24 @@
-//! The runs that may be asked for: what each costs, how it drives the axis, and what it does to a cause.
+//! Menu of runs that may be asked for: their cost, how each drives the axis, and what it does to a cause.
 //!
-//! Every run is a short form of what its code asks for, a minute or so of rows: it is only to tell which run is worth
-//! its time. Minutes are those of a person at a rig, assumed: to re-clamp a block takes half an hour, ten kelvin an
-//! hour, seals three quarters of one.
+//! Every run is a short form of what its code asks for, with about a minute of rows: enough to judge which run is worth
+//! its time. Minutes are assumed values for a person at a rig: half an hour to re-clamp a block, an hour for ten
+//! kelvin, three quarters of an hour for seals.
 
 use simulation::mechanism::Id;
 use simulation::profile::{Course, Dwell, Ladder, Map, Modulation, Order, Reversal, Staircase, Unfit, WarmUp};
 
 use super::scene::Scene;
 
-/// Rows a second of a short run, at most.
+/// Highest sampling rate of a short run, rows/s.
 const RATE_HZ: f64 = 100.0;
 
-/// The same where something fast is asked for.
+/// The same for fast effects.
 const FAST_HZ: f64 = 200.0;
 
-/// The same for hours.
+/// The same for runs of hours.
 const SLOW_HZ: f64 = 1.0;
 
-/// Known mass that is added, and mass of a carriage that nobody has said, kg.
+/// Known added mass, and assumed mass of a carriage where none is stated, kg.
 pub(super) const KNOWN_MASS_KG: f64 = 10.0;
 
 /// Step of temperature, K.
@@ -28,13 +28,13 @@ const WARMER_K: f64 = 10.0;
 pub(super) struct Entry {
     /// Code of the schema.
     pub(super) code: &'static str,
-    /// What it costs.
+    /// Cost, min.
     pub(super) minutes: f64,
-    /// Motion and conditions; empty where the axis is none that it can be asked of.
+    /// Motion and conditions; empty where the axis does not allow the run.
     pub(super) drive: fn(&Scene) -> Result<Vec<Course>, Unfit>,
 }
 
-/// Those that can be simulated, the cheapest first. `P10` takes a month.
+/// All runs that can be simulated, the cheapest first. `P10`, which takes a month, is not among them.
 pub(super) const MENU: &[Entry] = &[
     Entry {
         code: "two-frequencies",
@@ -142,12 +142,12 @@ fn one(course: Result<Course, Unfit>) -> Result<Vec<Course>, Unfit> {
     course.map(|course| vec![course])
 }
 
-/// What was recorded, once more in short.
+/// The recorded kind of run again, in short.
 fn again(scene: &Scene) -> Result<Vec<Course>, Unfit> {
     one(scene.staircase().course(scene.rate_hz(RATE_HZ), &scene.conditions))
 }
 
-/// Strokes and something that accelerates.
+/// Strokes, and an accelerated motion.
 fn swinging(scene: &Scene) -> Result<Vec<Course>, Unfit> {
     let amplitudes_m = vec![scene.stroke_up_to(0.02)];
     let reversal = Reversal { amplitudes_m, frequencies_hz: vec![0.2, 1.0], cycles: 5 };
@@ -157,7 +157,7 @@ fn swinging(scene: &Scene) -> Result<Vec<Course>, Unfit> {
     ])
 }
 
-/// Whether the carriage is off the sensor: only what the sensor does is left.
+/// Whether the carriage is off the sensor, so that only the sensor's own effects are left.
 pub(super) fn is_free(code: &str) -> bool {
     matches!(code, "zero-force" | "P0")
 }
@@ -167,13 +167,13 @@ pub(super) fn dead_weight_n(code: &str) -> f64 {
     if code == "P0" { 50.0 } else { 0.0 }
 }
 
-/// Known mass that is added, kg.
+/// Known added mass, kg.
 pub(super) fn added_mass_kg(code: &str) -> f64 {
     if code == "known-mass" { KNOWN_MASS_KG } else { 0.0 }
 }
 
-/// What is left of a cause's force by the change that a run makes, beside what speed, load and temperature do to it.
-/// `mass_kg`: that of the carriage.
+/// Share of a cause's force that is left by the change that a run makes, apart from the effects of speed, load and
+/// temperature. `mass_kg`: mass of the carriage.
 pub(super) fn left_of(code: &str, id: Id, mass_kg: f64) -> f64 {
     match (code, id) {
         ("zero-force" | "P0", Id::ForceOffset | Id::ForceDrift | Id::ForceGain) => 1.0,
@@ -182,15 +182,16 @@ pub(super) fn left_of(code: &str, id: Id, mass_kg: f64) -> f64 {
         | ("disconnect-chain", Id::CableChain)
         | ("relubricate", Id::Starvation)
         | ("repeat-later", Id::RunIn) => 0.0,
-        // bound to the block, while a tilt stays with the rail and an offset with the sensor
+        // bound to the block, whereas a tilt stays with the rail and an offset with the sensor
         ("turn-block", Id::DirectionAsymmetry) => -1.0,
-        // its weight, where nobody has said the mass as heavy as what is added
+        // its weight; a carriage of unknown mass is taken to be as heavy as the added mass
         ("known-mass", Id::GravityTilt) => 1.0 + KNOWN_MASS_KG / mass_kg,
         _ => 1.0,
     }
 }
 
-/// Whether a run changes anything for these causes: one that takes off what none of them is would only repeat.
+/// Whether a run changes anything for these causes: removing what none of them concerns would only repeat the
+/// recording.
 pub(super) fn touches(code: &str, ids: &[Option<Id>]) -> bool {
     let any = |which: &dyn Fn(Id) -> bool| ids.iter().flatten().any(|id| which(*id));
     match code {

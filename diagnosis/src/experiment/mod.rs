@@ -1,16 +1,16 @@
-//! The next run: every one of a menu is simulated, and the one that tells most for its time is asked for.
+//! The next run: every run of a menu is simulated, and the most informative one for its time is asked for.
 //!
 //! ```text
-//! menu        the runs, what they cost and what they do to a cause
-//! scene       what the recording says of stroke, speeds and conditions
-//! separation  how far one explanation can follow another over both recordings
-//! columns     what an explanation makes of a run that there is not
+//! menu        the runs, their cost, and what they do to a cause
+//! scene       stroke, speeds and conditions of the recording
+//! separation  how far one explanation can imitate another over both recordings
+//! columns     columns of an explanation over a hypothetical run
 //! ```
 //!
-//! A run is worth the smallest separation of any two explanations, in nats; beyond what decides, more is worth no more.
-//! What the recording says already does not count, nor a share that two writings of one cause may differ by.
-//! Where no run tells them all apart at a sensible price, it is worth what it tells of the first against all that any
-//! run tells from it, or against as many as one run does. Those that decide little are not offered.
+//! A run is worth the smallest separation of any two explanations, in nats, up to what decides. What the recording
+//! tells already does not count, nor a share by which two formulations of one cause may differ. Where no run separates
+//! them all at a sensible price, it is worth its separation of the first explanation from all those that any run can
+//! separate from it, or from as many as one run can. Runs that decide little are not offered.
 
 mod columns;
 mod menu;
@@ -34,36 +34,36 @@ use menu::{Entry, MENU, is_free, left_of, touches};
 use scene::Scene;
 use separation::{Explanation, nats};
 
-/// Separation that settles it, nats: more is worth no more.
+/// Separation that decides, nats: more is worth no more.
 const DECIDES: f64 = 20.0;
 
-/// A run that is expected to separate less is not offered, nats.
+/// Least expected separation of a run that is offered, nats.
 const WORTHLESS: f64 = 3.0;
 
-/// Times that it may cost more to tell all explanations apart than the first from the others.
+/// Factor by which separating all explanations may cost more than separating the first from the others.
 const DEARER: f64 = 2.0;
 
-/// Explanations that are held against each other.
+/// Most explanations that are compared with each other.
 const MOST_RIVALS: usize = 6;
 
-/// Runs that are offered beside the first.
+/// Most runs offered beside the first.
 const ALTERNATIVES: usize = 3;
 
-/// A run and how far it is expected to part every two explanations beyond what the recording does, nats: the first and
-/// each of the others, the second and each behind it, and so on.
+/// A run, and the separation it adds to the recording's for every pair of explanations, nats: the first and each of the
+/// others, the second and each after it, and so on.
 struct Tried {
     entry: &'static Entry,
     pairs: Vec<f64>,
 }
 
-/// A run and what it is expected to tell.
+/// A run and its expected separation.
 struct Offer {
     entry: &'static Entry,
     nats: f64,
 }
 
 impl Offer {
-    /// The least of some pairs; `None` where that decides little.
+    /// The smallest separation of some pairs; `None` where that decides little.
     fn of(tried: &Tried, pairs: &[usize]) -> Option<Self> {
         let nats = pairs.iter().map(|pair| tried.pairs[*pair]).reduce(f64::min)?;
         (nats >= WORTHLESS).then_some(Offer { entry: tried.entry, nats })
@@ -78,8 +78,8 @@ fn by_worth(offers: &mut [Offer]) {
     offers.sort_by(|a, b| b.worth().total_cmp(&a.worth()));
 }
 
-/// The run that tells the explanations of member `at` apart for the least time; `None` where none can be simulated or
-/// none tells enough.
+/// The run that separates the explanations of member `at` at the least time; `None` where none can be simulated or none
+/// separates them enough.
 pub(crate) fn next(nominal: &Nominal, side: &Side<'_>, found: &Found<'_>, at: usize) -> Option<NextExperiment> {
     let mut rivals: Vec<&Candidate> = Vec::new();
     for candidate in &found.sets[at].candidates {
@@ -123,7 +123,7 @@ pub(crate) fn next(nominal: &Nominal, side: &Side<'_>, found: &Found<'_>, at: us
         tried.push(run);
     }
     by_worth(&mut offers);
-    // the first against those that any run tells from it
+    // the first against those that any run separates from it
     let mut with_first: Vec<usize> = (0..count - 1).collect();
     with_first.retain(|pair| tried.iter().any(|run| run.pairs[*pair] >= WORTHLESS));
     if offers.is_empty() && !tried.iter().any(|run| Offer::of(run, &with_first).is_some()) {
@@ -158,7 +158,7 @@ pub(crate) fn next(nominal: &Nominal, side: &Side<'_>, found: &Found<'_>, at: us
     })
 }
 
-/// Those of the pairs that one run tells apart, as many as any does, the one that is worth most of several.
+/// The largest set of these pairs that one run separates; of several such runs that of the most worth.
 fn most_told(tried: &[Tried], pairs: &[usize]) -> Vec<usize> {
     let told =
         |run: &Tried| -> Vec<usize> { pairs.iter().copied().filter(|pair| run.pairs[*pair] >= WORTHLESS).collect() };
@@ -170,7 +170,7 @@ fn most_told(tried: &[Tried], pairs: &[usize]) -> Vec<usize> {
     all.reduce(best).map_or_else(Vec::new, |(pairs, _)| pairs)
 }
 
-/// Separation of every two, the smaller of either way, less a share `near` of all that the true one explains.
+/// Separation of every pair, the smaller of both directions, less a share `near` of all that the true one explains.
 fn parted(gram: &Symmetric, precisions: &[f64], rivals: &[Explanation], near: f64) -> Vec<f64> {
     let none = Explanation { columns: 0..0, slopes: 0..0, amplitudes: Vec::new() };
     let of = |truth: &Explanation, other: &Explanation| nats(gram, precisions, truth, other);
@@ -195,7 +195,7 @@ fn named(source: &Source) -> Option<Id> {
     }
 }
 
-/// What is to be done, and how its outcome reads where no recording says what was changed.
+/// Instruction, and how to read the outcome where no recording says what was changed.
 fn said(code: &str, rivals: &[&Source]) -> String {
     let factor = |source: &Source| match named(source) {
         Some(id) => left_of(code, id, menu::KNOWN_MASS_KG),

@@ -1,4 +1,4 @@
-//! What the next run can start from: the stroke, the speeds and the conditions of the recording.
+//! Scene of the next run: stroke, speeds and conditions of the recording.
 
 use simulation::Simulation;
 use simulation::file::Law;
@@ -11,13 +11,13 @@ use crate::recording::side::Side;
 /// Acceleration of the ramps, m/s².
 const ACCELERATION_M_S2: f64 = 0.5;
 
-/// Longest time that the slowest stroke takes, s.
+/// Longest duration of the slowest stroke, s.
 const STROKE_S: f64 = 8.0;
 
-/// Speeds of a short staircase.
+/// Number of speeds of a short staircase.
 const SPEEDS: usize = 5;
 
-/// What the next run can start from.
+/// Stroke, speeds and conditions that the next run can start from.
 pub(super) struct Scene {
     pub(super) conditions: Conditions,
     /// Lower end of the stroke, m.
@@ -46,7 +46,7 @@ impl Scene {
             conditions: Conditions {
                 preload_n: preload_n.filter(|_| has_preload),
                 external_load_n: mean(side.runs, |run| run.external_load_n.as_ref()),
-                // a short run starts as cold as the recording did, with the heat of friction still to come
+                // a short run starts as cold as the recording did, before the heat of friction
                 temperature_degc: side
                     .runs
                     .iter()
@@ -60,17 +60,17 @@ impl Scene {
         }
     }
 
-    /// Rows a second: no more than were recorded, or noise per row would be another.
+    /// Sampling rate, rows/s: at most the recorded one, since noise per row would differ otherwise.
     pub(super) fn rate_hz(&self, most: f64) -> f64 {
         most.min(self.recorded_hz)
     }
 
-    /// A way along the rail that there is room for, m.
+    /// A stroke that fits on the rail, m.
     pub(super) fn stroke_up_to(&self, most_m: f64) -> f64 {
         most_m.min(0.5 * self.span_m)
     }
 
-    /// The highest speed that was recorded and that a third of the stroke is enough to reach and to leave, m/s.
+    /// The highest recorded speed, limited to what can be reached and left within a third of the stroke, m/s.
     pub(super) fn fastest(&self) -> f64 {
         self.fastest_m_s.min((self.span_m / 3.0 * ACCELERATION_M_S2 / 1.5).sqrt()).max(1e-5)
     }
@@ -80,7 +80,7 @@ impl Scene {
         self.conditions.preload_n.filter(|_| self.has_preload)
     }
 
-    /// A short staircase over the speeds that were recorded, once up.
+    /// A short staircase over the recorded speeds, once up.
     pub(super) fn staircase(&self) -> Staircase {
         let length_m = self.stroke_up_to(0.05);
         let most = self.fastest();
@@ -96,7 +96,7 @@ impl Scene {
         }
     }
 
-    /// The staircase at a part of the preload; nothing where the law has no preload.
+    /// The staircase at a share of the preload; empty where the law has no preload.
     pub(super) fn at_preload(&self, part: f64, rate_hz: f64) -> Result<Vec<Course>, Unfit> {
         let Some(preload_n) = self.preload_n() else { return Ok(Vec::new()) };
         let conditions = Conditions { preload_n: Some(part * preload_n), ..self.conditions };
@@ -109,7 +109,7 @@ impl Scene {
         self.staircase().course(rate_hz, &conditions)
     }
 
-    /// The staircase at temperatures above that of the recording; nothing where none was measured.
+    /// The staircase at temperatures above that of the recording; empty where none was measured.
     pub(super) fn warmer(&self, by_k: &[f64], rate_hz: f64) -> Result<Vec<Course>, Unfit> {
         let Some(temperature) = self.conditions.temperature_degc else { return Ok(Vec::new()) };
         let at = |by: &f64| {
@@ -119,7 +119,7 @@ impl Scene {
         by_k.iter().map(at).collect()
     }
 
-    /// The carriage stands, free.
+    /// The carriage at rest, off the sensor.
     pub(super) fn resting(&self, duration_s: f64, rate_hz: f64) -> Course {
         let rows = (duration_s * rate_hz) as usize;
         let column = |value: Option<f64>| value.map(|x| vec![x; rows]);
@@ -147,7 +147,7 @@ impl Scene {
     }
 }
 
-/// Mean of what was measured; `None` where nothing was.
+/// Mean of the finite values; `None` without any.
 fn mean(runs: &[Run], column: impl Fn(&Run) -> Option<&Vec<f64>>) -> Option<f64> {
     let values = || runs.iter().filter_map(&column).flatten().filter(|x| x.is_finite());
     let count = values().count();

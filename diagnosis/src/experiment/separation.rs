@@ -1,14 +1,15 @@
-//! How far one explanation can follow another over the recording that there is and a run that there is not.
+//! Separation: how far one explanation can imitate another over the recording and a hypothetical run.
 //!
 //! ```text
 //! A's force            y = C_A a                        a as fitted to the recording
-//! what B makes of it   min over b, m, p of |y - C_B b - C_M m - T p|²/σ² + pᵀ P p
+//! residual of B        min over b, m, p of |y - C_B b - C_M m - T p|²/σ² + pᵀ P p
 //! separation           half of that, nats
 //! ```
 //!
-//! over both recordings: `C_B` the columns of B and those of it with another shape, `C_M` those of what else was found,
-//! `T` the tangent of the law and `P` the precision of what the simulation says of its numbers. Signs of amplitudes are not
-//! asked for: a rival may do more here than it could. Noise of the run to come is white with what was learnt per row.
+//! over both recordings: `C_B` are the columns of B and their changes with its shape, `C_M` those of the other causes
+//! found, `T` is the tangent of the law and `P` the prior precision of its parameters. Signs of amplitudes are not
+//! enforced, so a rival may do more here than it really could. Noise of the hypothetical run is white, with the level
+//! per row of the recording.
 
 use std::ops::Range;
 
@@ -17,17 +18,17 @@ use crate::numbers::linear::{Cholesky, Symmetric, dot};
 /// Share of a force that rounding leaves of it.
 const ROUNDING: f64 = 1e-6;
 
-/// Columns of an explanation, by their places.
+/// Columns of an explanation, by index.
 #[derive(Clone, Debug)]
 pub(super) struct Explanation {
     pub(super) columns: Range<usize>,
-    /// Changes of its force with its shape.
+    /// Columns of the change of its force with its shape.
     pub(super) slopes: Range<usize>,
     pub(super) amplitudes: Vec<f64>,
 }
 
-/// Nats that are expected against `other` where `truth` acts. `common`: the first columns, which both have, with the
-/// precision of each.
+/// Expected evidence, nats, against `other` where `truth` acts. `common`: prior precisions of the first columns, which
+/// both have.
 pub(super) fn nats(gram: &Symmetric, common: &[f64], truth: &Explanation, other: &Explanation) -> f64 {
     let active: Vec<usize> = (0..common.len()).chain(other.columns.clone()).chain(other.slopes.clone()).collect();
     let mut a = gram.part(&active);
