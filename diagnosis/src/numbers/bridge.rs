@@ -1,8 +1,8 @@
-//! Rows that are missing, and straight lines that lead across them.
+//! Bridges: straight lines across missing rows.
 
 use std::ops::Range;
 
-/// Stretches of rows that are not told.
+/// Ranges of missing rows.
 pub(crate) fn gaps(is_told: &[bool]) -> Vec<Range<usize>> {
     let mut gaps: Vec<Range<usize>> = Vec::new();
     for n in (0..is_told.len()).filter(|n| !is_told[*n]) {
@@ -14,8 +14,8 @@ pub(crate) fn gaps(is_told: &[bool]) -> Vec<Range<usize>> {
     gaps
 }
 
-/// A straight line across a gap within a column; at an end of the column the one neighbour lasts, and without any there
-/// is nothing.
+/// Puts a straight line across a gap of a column; at an end of the column the only neighbour is continued, and without
+/// any neighbour the value is 0.
 pub(crate) fn bridge(x: &mut [f64], gap: &Range<usize>) {
     let before = gap.start.checked_sub(1).map(|n| x[n]);
     let behind = x.get(gap.end).copied();

@@ -59,7 +59,7 @@ impl Symmetric {
 
 /// Lower triangle `L` with `S A S = L Lᵀ`, `S` the scale that makes the diagonal 1.
 ///
-/// A column that the ones before it explain to within rounding gets the pivot infinity: its coefficient is 0.
+/// A column that the previous ones explain to within rounding gets an infinite pivot, so that its coefficient is 0.
 #[derive(Clone, Debug)]
 pub(crate) struct Cholesky {
     size: usize,
@@ -67,7 +67,7 @@ pub(crate) struct Cholesky {
     scale: Vec<f64>,
 }
 
-/// Share of a column that the others must leave for it to count as independent.
+/// Least share of a column's square that the previous ones must leave for it to count as independent.
 const INDEPENDENT: f64 = 1e-9;
 
 impl Cholesky {
@@ -143,7 +143,7 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Takes out of a column what others imitate.
+/// Projects a column off others: removes what they imitate of it.
 pub(crate) fn remove(column: &mut [f32], others: &[&[f32]]) {
     let along = products(others, &[&*column]);
     for (other, x) in others.iter().zip(Cholesky::of(&Symmetric::gram(others)).solve(&along)) {
@@ -151,19 +151,19 @@ pub(crate) fn remove(column: &mut [f32], others: &[&[f32]]) {
     }
 }
 
-/// Rows over which single precision sums; short enough for rounding not to matter, and for a few columns to stay in
-/// the fastest memory.
+/// Rows summed in single precision: few enough for rounding not to matter, and for a few columns to stay in the fastest
+/// cache.
 const PIECE: usize = 512;
 
-/// Columns that stay there while others go by.
+/// Columns that stay in the cache while others pass by.
 const FEW: usize = 12;
 
-/// Multiplications that are worth a second processor.
+/// Multiplications from which a second thread is worth it.
 const WORTH_A_THREAD: usize = 1 << 20;
 
-/// Inner products of every column with every other, column by column, on all processors with the widest registers that they
-/// have: sixteen partial sums in a fixed order, so that every processor comes to the same bits, in whatever company a column
-/// is multiplied.
+/// Inner products of every column with every other, column by column, on all processors with the widest registers
+/// available: sixteen partial sums in a fixed order, so that every processor gives the same bits, whichever columns are
+/// multiplied together.
 pub(crate) fn products(columns: &[&[f32]], others: &[&[f32]]) -> Vec<f64> {
     let mut sums = vec![0.0; columns.len() * others.len()];
     let share = if columns.len() * others.len() * rows(columns, others) < WORTH_A_THREAD { columns.len() } else { FEW };
@@ -186,14 +186,14 @@ struct Products<'a> {
 impl pulp::NullaryFnOnce for Products<'_> {
     type Output = ();
 
-    // a function of its own would be compiled for the oldest processor
+    // a separate function would be compiled for the oldest processor
     #[inline(always)]
     fn call(self) {
         let Products { columns, others, sums } = self;
         let rows = rows(columns, others);
         for start in (0..rows).step_by(PIECE) {
             let piece = start..rows.min(start + PIECE);
-            // a few of the others stay at hand while every column goes by
+            // a few of the others stay in the cache while every column passes by
             for (first, few) in (0..).step_by(FEW).zip(others.chunks(FEW)) {
                 for (a, sums) in columns.iter().zip(sums.chunks_mut(others.len())) {
                     let a = &a[piece.clone()];

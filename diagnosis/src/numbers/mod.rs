@@ -1,11 +1,11 @@
-//! Numbers and nothing else.
+//! Numerical methods without physics.
 //!
 //! ```text
 //! linear       algebra of small symmetric matrices
-//! statistics   numbers that stand for many
-//! bridge       a line where rows are missing
-//! peaks        the highest of them
-//! rounding     what a channel that counts in steps does
+//! statistics   mean, median, scatter, lines
+//! bridge       straight lines across missing rows
+//! peaks        highest entries of a spectrum
+//! rounding     effect of a channel's quantisation steps
 //! ```
 
 pub(crate) mod bridge;

@@ -1,6 +1,6 @@
-//! The highest entries of a spectrum that are not each other's flanks.
+//! Peaks: the highest entries of a spectrum that are not on each other's flanks.
 
-/// Places of the `most` highest entries above `least`, each more than `apart` from the higher ones, highest first.
+/// Indices of at most `most` highest entries above `least`, each more than `apart` from the higher ones, highest first.
 pub(crate) fn peaks(spectrum: &[f64], most: usize, apart: usize, least: f64) -> Vec<usize> {
     let mut found: Vec<usize> = Vec::new();
     for _ in 0..most {

@@ -1,14 +1,15 @@
-//! What a channel that counts in steps does to a force.
+//! Rounding: the effect of a channel's quantisation steps on a force.
 //!
-//! Noise of a step and more carries the force over its steps, and rounding is noise of `step²/12` beside it. Where the noise
-//! is smaller, rounding follows the force: of its square, `exp(-4π²·(σ/step)²)` does (Widrow's quantisation theorem, first
+//! Noise of one step or more dithers the force, and rounding adds noise of variance `step²/12`. Where the noise is
+//! smaller, a part `exp(-4π²·(σ/step)²)` of that variance follows the force (Widrow's quantisation theorem, first
 //! harmonic), and keeps its sign for as long as the force stays within a step.
 
-/// Rounding, of the noise (in which it is), from which it is a fault of the channel; a channel that noise carries over
-/// its steps has none.
+/// Rounding error, relative to the noise (which includes it), from which it is a fault of the channel; a channel that
+/// noise dithers has none.
 const COARSE: f64 = 0.35;
 
-/// Step of a quantised channel: its smallest difference but for one in a hundred, if nearly all differences are whole multiples of it.
+/// Step of a quantised channel: the first percentile of its nonzero differences, if nearly all differences are whole
+/// multiples of it.
 pub(crate) fn quantum(x: &[f64]) -> Option<f64> {
     let mut steps: Vec<f64> = x.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|d| *d > 0.0).collect();
     if steps.len() < 50 {
@@ -17,22 +18,22 @@ pub(crate) fn quantum(x: &[f64]) -> Option<f64> {
     steps.sort_unstable_by(f64::total_cmp);
     let step = steps[steps.len() / 100];
     let whole = steps.iter().filter(|d| (*d / step - (*d / step).round()).abs() < 0.02 * (*d / step).max(1.0)).count();
-    // single values repeat in a quantised signal; a continuous one has no smallest step
+    // a quantised signal repeats differences; a continuous one has no smallest step
     let repeated = steps.windows(2).filter(|pair| pair[1] - pair[0] < 1e-6 * step).count();
     (whole * 100 > 95 * steps.len() && repeated * 2 > steps.len()).then_some(step)
 }
 
-/// Standard deviation of what rounding to a step adds.
+/// Standard deviation of the error from rounding to a step.
 pub(crate) fn rounding(step: f64) -> f64 {
     step / 12.0f64.sqrt()
 }
 
-/// Whether a step is a fault of the channel, beside noise of a standard deviation with the rounding in it.
+/// Whether a step is a fault of the channel, given the standard deviation of the noise, rounding included.
 pub(crate) fn is_coarse(step: f64, noise: f64) -> bool {
     rounding(step) > COARSE * noise
 }
 
-/// Variance of the rounding that follows the force, beside noise of a standard deviation with the rounding in it.
+/// Variance of the rounding error that follows the force, given the standard deviation of the noise, rounding included.
 pub(crate) fn following(step: f64, noise: f64) -> f64 {
     if !(step > 0.0) {
         return 0.0;
@@ -56,7 +57,7 @@ mod tests {
 
     #[test]
     fn noise_carries_the_force_over_its_steps() {
-        // 1 of all of it without noise, 1/11 at a quarter of a step, nothing at a step
+        // all of the variance without noise, 1/11 of it at a quarter of a step, nothing at a whole step
         let share = |noise: f64| following(1.0, (noise * noise + 1.0 / 12.0).sqrt()) * 12.0;
         assert!((share(0.0) - 1.0).abs() < 1e-12 && (share(0.25) - 0.0848).abs() < 1e-3 && share(1.0) < 1e-15);
         assert_eq!(following(0.0, 1.0), 0.0);

@@ -1,34 +1,34 @@
-//! Numbers that stand for many.
+//! Summary statistics.
 
-/// Mean; 0 of nothing.
+/// Mean; 0 of an empty slice.
 pub(crate) fn mean(x: &[f64]) -> f64 {
     x.iter().sum::<f64>() / x.len().max(1) as f64
 }
 
-/// Root of the mean square; 0 of nothing.
+/// Root mean square; 0 of an empty slice.
 pub(crate) fn rms(x: &[f64]) -> f64 {
     (x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64).sqrt()
 }
 
-/// Standard deviation; 0 of less than two.
+/// Standard deviation; 0 of fewer than two values.
 pub(crate) fn scatter(x: &[f64]) -> f64 {
     let mean = mean(x);
     let squares: f64 = x.iter().map(|x| (x - mean) * (x - mean)).sum();
     (squares / (x.len() as f64 - 1.0).max(1.0)).sqrt()
 }
 
-/// Median, the upper of two; `None` of nothing.
+/// Median, the upper of two middle values; `None` if empty.
 pub(crate) fn median(mut x: Vec<f64>) -> Option<f64> {
     let middle = x.len() / 2;
     (!x.is_empty()).then(|| *x.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
-/// Standard deviation of normal numbers around 0, from the median of their sizes: blind to tails. 0 of nothing.
+/// Robust standard deviation around 0, from the median magnitude: insensitive to tails. 0 of an empty slice.
 pub(crate) fn robust_sigma(x: &[f64]) -> f64 {
     1.4826 * median(x.iter().map(|x| x.abs()).collect()).unwrap_or(0.0)
 }
 
-/// Straight line through points by least squares: height at 0, slope, and the share of the scatter that it leaves.
+/// Least-squares line through points: intercept, slope, and the residual scatter relative to that of the values.
 pub(crate) fn line(points: &[(f64, f64)]) -> (f64, f64, f64) {
     let mean = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / points.len().max(1) as f64;
     let (mx, my) = (mean(&|p| p.0), mean(&|p| p.1));
