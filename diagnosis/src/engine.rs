@@ -1,4 +1,4 @@
-//! From runs to a diagnosis.
+//! The engine: from runs to a diagnosis.
 
 use simulation::Simulation;
 use simulation::run::Run;
@@ -40,18 +40,17 @@ pub struct Options {
     pub seed: u64,
 }
 
-/// A diagnosis, and the simulation that knows what it found.
+/// A diagnosis, and the simulation augmented by what it found.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// What was found.
     pub diagnosis: Diagnosis,
-    /// The simulation with its parameters calibrated and the named causes added; `None` where there was nothing to
-    /// compare.
+    /// The simulation with calibrated parameters and the causes added; `None` where there was nothing to compare.
     pub augmented: Option<Simulation>,
 }
 
-/// Holds runs, in the order of their clocks, against a simulation. `holdout` is only ever scored, after the search is over; without it a part of the
-/// runs is set aside.
+/// Compares runs, in the order of their clocks, with a simulation. `holdout` is only scored, after the search; without
+/// it a part of the runs is held out.
 pub fn diagnose(runs: &[Run], holdout: &[Run], simulation: &Simulation, options: &Options) -> Outcome {
     let mut quality = DataQuality::default();
     match attempt(runs, holdout, simulation, options, &mut quality) {
@@ -117,7 +116,7 @@ fn attempt(
             return Err(reason);
         }
     }
-    // only now: rows are set aside, and faults told, by the recordings as they were given
+    // only now, since hold-out and faults are decided on the recordings as given
     let session = joined(simulation, runs);
     let recorded = session.as_deref().map_or(recorded, Moving::as_recorded);
     let runs = &*recorded.runs;
@@ -135,7 +134,7 @@ fn attempt(
     let moving = moving.calmed(!is_noisy);
     let runs = &*moving.runs;
     let coarsest = coarsest(&nominal, runs, &moving.motions);
-    // an average has no fast acceleration, and what a noisy speed makes of it has a name
+    // averages have no fast acceleration, and the one derived from a noisy speed is a cause of its own
     let nominal = if is_noisy || coarsest > 1 { nominal.of_law() } else { nominal };
     let side = Side::new(simulation, &nominal, &nominal.start(), &moving, together > 1, quality)?;
     quality.count_averages(together);
@@ -169,7 +168,7 @@ fn attempt(
     }
     let ringing = ringing::unmask(&nominal, &calibrated, &training, &mut rows)?;
     let Calibrated { values: mut law_only, mut side, mut saturation, .. } = calibrated;
-    // a speed that had to be set aside leaves one whose changes are no acceleration
+    // where a recorded speed was discarded, changes of the remaining one are no acceleration to excite a resonance
     let pointed = (!is_noisy && speed.is_none()).then_some(ringing.pointed.as_slice());
     let step_n = runs.iter().filter_map(|run| quantum(&run.drag_force_n)).max_by(f64::total_cmp);
     let nominal = &nominal;
@@ -191,7 +190,7 @@ fn attempt(
         found = searched(&case, &rows, &law_only)?;
     }
     if spots.is_none() && !found.members.is_empty() {
-        // what was found may have hidden them
+        // the causes found may have hidden spots
         let left = std::mem::take(&mut found.left);
         rows.learn(&left, saturation.kept());
         spots = events::spots(&side, &rows, &training, &left);
@@ -213,21 +212,21 @@ fn attempt(
     Ok(Outcome { diagnosis, augmented: Some(augmented) })
 }
 
-/// Share of the squared mismatch beyond its tolerance that a law with numbers off may leave: what follows less than half of
-/// it does not follow it.
+/// Largest share of the squared mismatch beyond its tolerance that a law with shifted parameters may leave: a quarter
+/// of the power is half of the amplitude, and a law that follows less than half of the mismatch does not follow it.
 const MOST_LEFT: f64 = 0.25;
 
-/// The same of a law that cannot be all that is off, whatever its numbers: no search needs to begin there.
+/// The same for a law that cannot be the whole explanation whatever its parameters: no search starts there.
 const FAR_TOO_MUCH: f64 = 2.0 * MOST_LEFT;
 
-/// Searches around the law with its numbers where calibration left them.
+/// Searches around the law with its parameters where calibration left them.
 fn searched<'s>(case: &Case<'s>, rows: &Rows, law_only: &[f64]) -> Result<Found<'s>, String> {
     let start = unbound(case.given.nominal, case.side, rows, case.training, law_only)?;
     let mut kept = None;
     if start == law_only {
         return passes::run(case, rows.clone(), law_only, law_only, &mut kept);
     }
-    // a law that is off is accepted as such only if nothing else is needed; else it has imitated what is missing
+    // shifted parameters are accepted only if nothing else is needed; otherwise they have imitated a missing cause
     let of_law_n2 = |values: &[f64]| Ok::<f64, String>(power(rows, &case.side.residual(case.given.nominal, values)?));
     let within_n2 = of_law_n2(law_only)?;
     let leaves =
@@ -253,7 +252,7 @@ fn searched<'s>(case: &Case<'s>, rows: &Rows, law_only: &[f64]) -> Result<Found<
     }
 }
 
-/// Averages of this many rows each; `None` where rows stay as they are.
+/// Averages of so many rows each; `None` where rows stay as they are.
 fn shorter(runs: &[Run], together: usize) -> Option<Vec<Run>> {
     (together > 1).then(|| runs.iter().map(|run| condensed(run, together)).collect())
 }

@@ -1,25 +1,25 @@
 //! Locates what a simulation leaves out, names it, models it, and shows the fit improve on rows it has not seen.
 //!
 //! ```text
-//! engine        the order of everything
+//! engine        the order of all steps
 //!
-//! answer        who has which share of the mismatch, what is said of it, and the proof on rows that were set aside
-//! experiment    the next run that would tell apart what this one cannot, by simulation
-//! search        which causes act, what has no name here, and what this recording cannot tell apart
-//! beside        what shows without a fit
-//! calibration   how far the law's own numbers may move, and where they come to rest
-//! fit           what may explain a mismatch, and how much it does
-//! recording     runs, made ready to be held against a simulation
-//! noise         what makes the noise white, and whether an effect is real: two tests that must agree
+//! answer        shares of the mismatch, findings, and the score on held-out rows
+//! experiment    the next run that would separate what this one cannot, by simulation
+//! search        which causes act, unnamed effects, and what this recording cannot tell apart
+//! beside        searches without a fit
+//! calibration   how far the law's own parameters may move, and where they settle
+//! fit           what may explain a mismatch, and how much of it
+//! recording     runs, prepared for comparison with a simulation
+//! noise         whitening, and whether an effect is real: two tests that must agree
 //!
 //! nominal       the law as a function of what the simulation only assumes
 //! numbers       algebra and statistics
 //! report        the public schema
 //! ```
 //!
-//! Each uses what stands below it and nothing above.
+//! Each module uses those below it and none above.
 //!
-//! No file is opened, nothing is printed, nothing is drawn at random but the bootstrap, and that from a seed.
+//! No file is opened, nothing is printed, and nothing is random but the bootstrap, which is seeded.
 #![forbid(unsafe_code)]
 #![allow(clippy::neg_cmp_op_on_partial_ord, reason = "what is not a number must fall on the side of refusal")]
 #![allow(clippy::needless_range_loop, reason = "indices of matrices read as the equations do")]

@@ -1,4 +1,4 @@
-//! The simulation's law as a function of what it only assumes to within a tolerance.
+//! The nominal law: the simulation's force as a function of the parameters that it assumes to within a tolerance.
 
 use rayon::prelude::*;
 use simulation::Simulation;
@@ -7,16 +7,16 @@ use simulation::law::{ERROR_OF_COLUMN, Factors, Missing};
 use simulation::motion::Motion;
 use simulation::run::Run;
 
-/// One number that calibration may move.
+/// A parameter that calibration may move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Parameter {
     /// Name in a parameter shift.
     pub(crate) name: &'static str,
     /// Unit of the value: empty for a relative change.
     pub(crate) unit: &'static str,
-    /// Relative standard deviation; `None` where the simulation leaves the number out altogether.
+    /// Relative standard deviation; `None` where the simulation leaves the parameter out altogether.
     pub(crate) sigma: Option<f64>,
-    /// Values that a simulation file allows for a number that was left out.
+    /// Range that a simulation file allows for a parameter that was left out.
     pub(crate) range: (f64, f64),
     which: Which,
 }
@@ -34,23 +34,24 @@ enum Which {
     FreeViscous,
     FreeOffset,
     FreeMass,
-    /// Windows of how often the reach of the acceleration.
+    /// Averaging window, as a multiple of the reach of the derived acceleration.
     FastAcceleration(usize),
-    /// What a column of simulated force does not tell of its program's answer to the preload.
+    /// Dependence on the preload that a column of simulated force does not state.
     WithLoad(WithLoad),
 }
 
-/// A force of a column times the logarithm of the preload.
+/// A force of the column times the logarithm of the preload.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum WithLoad {
-    /// Its friction: an angle of contact that opens with the preload.
+    /// The friction of the column, for a contact angle that opens with the preload.
     Friction,
-    /// Its slope over viscosity: a slip that grows with the contacts.
+    /// The slope of the column over viscosity, for a slip that grows with the contacts.
     Slope,
 }
 
 impl Parameter {
-    /// Whether it is a number of the law, which may be off, and not one of how well the recording knows its motion.
+    /// Whether it is a parameter of the law, which may be off, and not one for what the recording or column leaves
+    /// uncertain.
     fn is_of_law(&self) -> bool {
         !matches!(self.which, Which::FastAcceleration(_) | Which::WithLoad(_))
     }
@@ -75,7 +76,7 @@ impl Parameter {
     }
 }
 
-/// Relative changes of what is a factor, which stays positive on the way of Gauss and Newton.
+/// Limits of the relative change of a factor: it stays positive during Gauss-Newton steps.
 const LOWEST: f64 = -0.95;
 const HIGHEST: f64 = 4.0;
 
@@ -86,22 +87,23 @@ pub(crate) struct Nominal {
     pub(crate) parameters: Vec<Parameter>,
 }
 
-/// Largest number that a fit may come to where the simulation left it out, N and N s/m; largest mass, kg.
+/// Largest magnitude of a parameter that the simulation left out, N and N s/m; largest mass, kg.
 const LARGEST: f64 = 1e6;
 const HEAVIEST_KG: f64 = 1e5;
 
-/// Standard deviation of the part of the fast acceleration that does not count, of all of it: there is no telling.
+/// Prior standard deviation of the share of the fast acceleration that is not real: anything between nothing and all.
 const FAST: f64 = 1.0;
 
-/// Standard deviations of what a column's friction and slope change by with the preload, a unit of its logarithm: an angle
-/// of contact adds up to 0.04 to the exponent of a preload that is off by a twentieth, and the Hersey number goes with the
-/// third root of the load one way or the other.
+/// Prior standard deviations of the change of a column's friction and slope per unit of the logarithm of the preload: a
+/// contact angle adds up to 0.04 to the exponent of a preload that is off by a twentieth, and the Hersey number varies
+/// with the cube root of the load in either direction.
 const WITH_LOAD: [(WithLoad, f64); 2] = [(WithLoad::Friction, 0.002), (WithLoad::Slope, 0.01)];
 
-/// Preload at which those are 0, N.
+/// Preload at which those changes are 0, N.
 const REFERENCE_N: f64 = 2000.0;
 
-/// Windows of the fast acceleration, reaches of differentiation: noise and rounded corners differ in shape.
+/// Windows of the fast acceleration, in reaches of differentiation; several, because noise and rounded corners differ
+/// in shape.
 const WINDOWS: [usize; 3] = [1, 2, 4];
 
 /// Relative step of the tangent.
@@ -159,7 +161,7 @@ impl Nominal {
                 add(Which::Friction, "friction", "", Some(tolerance.friction));
                 add(Which::Preload, "preload", "", Some(tolerance.preload));
                 add(Which::Viscosity, "viscosity", "", Some(tolerance.viscosity));
-                // a preload that is exact needs no answer
+                // an exact preload needs no correction
                 for (what, sigma) in WITH_LOAD.into_iter().filter(|_| tolerance.preload > 0.0) {
                     add(Which::WithLoad(what), "answer to the preload", "", Some(sigma));
                 }
@@ -176,7 +178,7 @@ impl Nominal {
         nominal
     }
 
-    /// The same with every number of its own, and the acceleration as it is.
+    /// The same with all parameters of the law, but without those of the fast acceleration.
     pub(crate) fn of_law(&self) -> Self {
         let is_of_motion = |parameter: &&Parameter| matches!(parameter.which, Which::FastAcceleration(_));
         let parameters = self.parameters.iter().filter(|parameter| !is_of_motion(parameter)).copied().collect();
@@ -189,8 +191,8 @@ impl Nominal {
             || self.parameters.iter().any(|parameter| parameter.which == Which::FreeMass)
     }
 
-    /// Mass that the law accelerates in a run, kg: as given, else the slope over the acceleration of the forces that another program says or
-    /// that were measured.
+    /// Mass that the law accelerates in a run, kg: as stated, or else the slope over acceleration of the column of
+    /// simulated force, or of the measured force.
     pub(crate) fn moved_kg(&self, run: &Run, motion: &Motion) -> f64 {
         let is_free = self.parameters.iter().any(|parameter| parameter.which == Which::FreeMass);
         let force_n = match (&self.simulation.law, &run.simulated_force_n) {
@@ -203,31 +205,31 @@ impl Nominal {
         if aa > 0.0 { (fa / aa).max(0.0) } else { 0.0 }
     }
 
-    /// Whether the inertia is in a column, and exact for as long as the program's friction is not far off.
+    /// Whether the inertia is part of a column, and exact as long as the column's friction is not far off.
     pub(crate) fn holds_its_inertia(&self) -> bool {
         matches!(self.simulation.law, Law::Column { .. })
     }
 
-    /// Share of what calibration changes that its derivatives may be off by.
+    /// Relative error that the derivatives may cause in what calibration changes.
     pub(crate) fn error_of_derivatives(&self) -> f64 {
         if matches!(self.simulation.law, Law::Column { .. }) { ERROR_OF_COLUMN } else { 0.0 }
     }
 
-    /// Whether some number is fitted freely, so that the simulation as given predicts nothing.
+    /// Whether some parameter is fitted freely, so that the given simulation predicts nothing.
     pub(crate) fn is_incomplete(&self) -> bool {
         self.parameters.iter().any(|parameter| parameter.sigma.is_none())
     }
 
-    /// Where calibration starts: every factor as given, every missing number 0.
+    /// Start of calibration: every factor as given, every missing parameter 0.
     pub(crate) fn start(&self) -> Vec<f64> {
         vec![0.0; self.parameters.len()]
     }
 
-    /// The factors of these values (relative changes); numbers fitted freely are no factors.
+    /// Factors for these values (relative changes); freely fitted parameters are no factors.
     pub(crate) fn factors(&self, values: &[f64]) -> Factors {
         let mut factors = Factors::default();
         for (parameter, value) in self.parameters.iter().zip(values) {
-            // a factor that changes sign would be no calibration
+            // limited: a factor of changed sign would be no calibration
             let factor = (1.0 + value).max(0.05);
             match parameter.which {
                 Which::Preload => factors.preload = factor,
@@ -243,7 +245,7 @@ impl Nominal {
         factors
     }
 
-    /// The simulation with missing numbers set to these values.
+    /// The simulation with its missing parameters set to these values.
     pub(crate) fn completed(&self, values: &[f64]) -> Simulation {
         let mut simulation = self.simulation.clone();
         for (parameter, value) in self.parameters.iter().zip(values) {
@@ -260,7 +262,7 @@ impl Nominal {
         simulation
     }
 
-    /// Force of the law, N; NaN where it has none.
+    /// Force of the law, N; NaN where it has no value.
     pub(crate) fn force(&self, values: &[f64], run: &Run, motion: &Motion) -> Result<Vec<f64>, Missing> {
         let steady = self.simulation.steady(&self.factors(values), run, motion)?;
         let mut force = steady.force_n;
@@ -281,10 +283,10 @@ impl Nominal {
         Ok(force)
     }
 
-    /// Change of the force with each parameter, N per unit of the parameter.
+    /// Derivative of the force with respect to each parameter, N per unit of the parameter.
     ///
     /// A mass acts on the `smooth` acceleration: the noise of a measured one is in the residual, too, and a column that
-    /// shared it would draw the mass down (an instrument, as in Janot, Vandanjon and Gautier 2014).
+    /// shared it would bias the mass downwards (instrumental variable, as in Janot, Vandanjon and Gautier 2014).
     pub(crate) fn tangent(
         &self,
         values: &[f64],
@@ -313,7 +315,7 @@ impl Nominal {
         self.parameters.par_iter().enumerate().map(column).collect()
     }
 
-    /// Force per unit of what a column does not tell of the preload; nothing where no preload was recorded.
+    /// Force per unit of the dependence on preload that a column does not state; 0 where no preload was recorded.
     fn with_load(&self, what: WithLoad, values: &[f64], run: &Run, motion: &Motion) -> Result<Vec<f64>, Missing> {
         let factors = self.factors(values);
         let steady = self.simulation.steady(&factors, run, motion)?;
@@ -332,7 +334,7 @@ impl Nominal {
         Ok(force.iter().enumerate().map(|(n, force)| force * ln_load(n)).collect())
     }
 
-    /// Force per unit of a number that is no factor of the law.
+    /// Force per unit of a parameter that is no factor of the law.
     fn free_column(&self, which: Which, direction: &[f64], run: &Run, motion: &Motion) -> Option<Vec<f64>> {
         match which {
             Which::FreeCoulomb => Some(direction.to_vec()),
@@ -348,13 +350,13 @@ impl Nominal {
     }
 }
 
-/// What is fast in the acceleration of a run, m/s², over each of some windows; see [`fast`].
+/// Fast part of a run's acceleration, m/s², for each of the windows; see [`fast`].
 pub(crate) fn fast_accelerations(run: &Run, motion: &Motion) -> [Vec<f64>; WINDOWS.len()] {
     WINDOWS.map(|reaches| fast(run, motion, reaches * motion.acceleration_reach))
 }
 
-/// What changes within twice the window of differentiation, of a derived acceleration: there it is noise, or the rounded
-/// corner of a ramp, and the force knows better. 0 where the acceleration was measured.
+/// Deviation of a derived acceleration from its mean over a window: there it is noise or the rounded corner of a ramp,
+/// and the force is more reliable. 0 where the acceleration was measured.
 fn fast(run: &Run, motion: &Motion, reach: usize) -> Vec<f64> {
     let a = &motion.acceleration_m_s2;
     let mut fast = vec![0.0; a.len()];
@@ -368,7 +370,7 @@ fn fast(run: &Run, motion: &Motion, reach: usize) -> Vec<f64> {
             sums[n + 1] = sums[n] + a;
         }
         for n in 0..own.len() {
-            // the same on both sides: a ramp leaves nothing
+            // symmetric: a ramp leaves nothing
             let reach = reach.min(n).min(own.len() - 1 - n);
             let mean = (sums[n + reach + 1] - sums[n - reach]) / (2 * reach + 1) as f64;
             fast[part.rows.start + n] = own[n] - mean;

@@ -1,4 +1,4 @@
-//! What a diagnosis says: the structure of the public schema `guideblock.diagnosis/1`.
+//! The report of a diagnosis: structure of the public schema `guideblock.diagnosis/1`.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use serde::Serialize;
 /// The value of `schema`.
 pub const SCHEMA: &str = "guideblock.diagnosis/1";
 
-/// What the recording says of the simulation. All numbers in SI, units in the names.
+/// The report on a simulation, given a recording. All numbers in SI, units in the names.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Diagnosis {
     /// [`SCHEMA`].
@@ -27,11 +27,11 @@ pub struct Diagnosis {
     pub mechanisms: Vec<Finding>,
     /// What else was considered, and why it is not named.
     pub considered: Vec<Considered>,
-    /// What is left.
+    /// The unexplained rest.
     pub unexplained: Unexplained,
-    /// What would settle what is open.
+    /// The run that would settle what is open.
     pub next_experiment: Option<NextExperiment>,
-    /// What was wrong with the recording.
+    /// Defects of the recording.
     pub data_quality: DataQuality,
 }
 
@@ -64,20 +64,20 @@ impl Verdict {
     }
 }
 
-/// Errors on rows that no step of the search has seen; all 0 where there is none that can be compared.
+/// Errors on rows that no step of the search has seen; all 0 where none of them can be compared.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Holdout {
-    /// Which rows, in words.
+    /// The held-out rows, in words.
     pub description: String,
-    /// Which rows, s from the first row of the run; empty where nothing is scored.
+    /// Intervals of the held-out rows, s from the first row of the run; empty where nothing is scored.
     pub intervals_s: Vec<[f64; 2]>,
-    /// The recording that each interval is of, from 0 in the order given: of those of the hold-out where there is one.
+    /// Index of each interval's recording, from 0 in the order given; of the hold-out recordings where there are any.
     pub intervals_of: Vec<usize>,
-    /// The simulation as given, N.
+    /// RMS error of the simulation as given, N.
     pub rmse_before_n: f64,
-    /// Its own parameters moved within their tolerance, N.
+    /// RMS error with its own parameters moved within their tolerance, N.
     pub rmse_calibrated_n: f64,
-    /// With the causes that were found, N.
+    /// RMS error with the causes that were found, N.
     pub rmse_after_n: f64,
     /// 95 % interval of `1 - rmse_after/rmse_calibrated`.
     pub improvement_ci95: [f64; 2],
@@ -95,15 +95,15 @@ impl Holdout {
 pub struct Region {
     /// Name of the axis.
     pub axis: &'static str,
-    /// From here, in `unit`.
+    /// Start, in `unit`.
     pub from: f64,
-    /// To here.
+    /// End, in `unit`.
     pub to: f64,
     /// Unit of the axis.
     pub unit: &'static str,
     /// Share of the mismatch.
     pub share: f64,
-    /// The cause.
+    /// Id of the cause.
     pub id: String,
 }
 
@@ -118,21 +118,21 @@ pub struct Finding {
     pub confidence: f64,
     /// Causes that this recording cannot tell from it.
     pub equivalents: Vec<String>,
-    /// Its numbers.
+    /// Its parameters.
     pub parameters: Vec<Estimate>,
     /// Share of the squared mismatch that calibration leaves.
     pub share_of_mismatch: f64,
-    /// Whether more than half of its force is there on the scored rows, by two standard errors and everything else as
-    /// found; `null` where they tell nothing of it, such as a phase along a rail whose zero the other recording does not
-    /// share.
+    /// Whether more than half of its force is present on the scored rows, by two standard errors and with everything
+    /// else as found; `null` where they tell nothing of it, such as a phase along a rail whose zero the other recording
+    /// does not share.
     pub carried_over: Option<bool>,
-    /// How much of its force is there.
+    /// How much of its force is present there.
     pub on_holdout: Option<Carried>,
     /// One sentence.
     pub statement: String,
 }
 
-/// Share of a force that is there on the scored rows: 1 for all, 0 for nothing of it, below 0 for the opposite.
+/// Share of a force that is present on the scored rows: 1 for all, 0 for nothing of it, below 0 for the opposite.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Carried {
     /// Share.
@@ -146,9 +146,9 @@ pub struct Carried {
 pub struct Considered {
     /// Its id.
     pub id: String,
-    /// Share of the evidence of what was named that it explains alone; above 1 where it explains more.
+    /// Evidence that it explains alone, relative to that of the named causes; above 1 where it explains more.
     pub share_alone: f64,
-    /// Share that it explains beside what was named.
+    /// Share that it explains beside the named causes.
     pub share_beside: f64,
     /// Why it is not named.
     pub reason: String,
@@ -167,38 +167,38 @@ pub struct Estimate {
     pub unit: String,
 }
 
-/// What is left.
+/// The unexplained rest.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Unexplained {
     /// RMS of the repeatable mismatch that nothing explains, N.
     pub rmse_n: f64,
-    /// Its share.
+    /// Its share of the squared mismatch.
     pub share_of_mismatch: f64,
     /// What it looks like.
     pub signature: String,
 }
 
-/// The cheapest further run.
+/// The most informative further run for its time.
 ///
-/// Where the runs of the menu could be simulated, it says what it is expected to tell: the smallest separation of the
-/// explanations in `told`, noise per row as in this recording and taken for white. It is the library's own advice
-/// elsewhere.
+/// Where the runs of the menu could be simulated, it states their expected information: the smallest separation of the
+/// explanations in `told`, with noise per row as in this recording, taken as white. Otherwise it is the library's
+/// general advice.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NextExperiment {
     /// Code of the schema.
     pub code: String,
     /// In words.
     pub text: String,
-    /// Rise of the logarithm of the odds between the explanations that it tells apart, at least.
+    /// Expected rise of the log odds between the explanations that it separates, at least.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expected_nats: Option<f64>,
-    /// Time at the rig, min, assumed.
+    /// Assumed time at the rig, min.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub minutes: Option<f64>,
-    /// Other runs that tell enough, by what they tell for their time.
+    /// Other runs that separate enough, by separation per time.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub alternatives: Vec<Alternative>,
-    /// The explanations that it tells apart: the first from the others at least.
+    /// The explanations that it separates: at least the first from each of the others.
     #[serde(skip)]
     pub told: Vec<String>,
 }
@@ -210,20 +210,20 @@ pub struct Alternative {
     pub code: String,
     /// In words.
     pub text: String,
-    /// As that of the first.
+    /// As [`NextExperiment::expected_nats`].
     pub expected_nats: f64,
     /// Time at the rig, min.
     pub minutes: f64,
 }
 
 impl NextExperiment {
-    /// A run of which nothing is known but that it is advised.
+    /// A run that is only advised, without simulation.
     pub(crate) fn advised(code: &str, text: &str) -> Self {
         let (code, text) = (code.to_owned(), text.to_owned());
         NextExperiment { code, text, expected_nats: None, minutes: None, alternatives: Vec::new(), told: Vec::new() }
     }
 
-    /// What it is expected to tell, in plain words; `None` where nobody knows.
+    /// Its expected information in plain words; `None` where unknown.
     pub fn promise(&self) -> Option<String> {
         let (first, others) = self.told.split_first()?;
         let gain = gain(self.expected_nats?, self.minutes?);
@@ -232,13 +232,13 @@ impl NextExperiment {
 }
 
 impl Alternative {
-    /// What it is expected to tell, in plain words.
+    /// Its expected information in plain words.
     pub fn promise(&self) -> String {
         format!("tells the same {}", gain(self.expected_nats, self.minutes))
     }
 }
 
-/// Largest power of ten of the odds that is said: noise is never known so well as to say more.
+/// Largest power of ten of the odds that is stated: noise is never known well enough for more.
 const MOST_DIGITS: f64 = 9.0;
 
 fn gain(nats: f64, minutes: f64) -> String {
@@ -250,7 +250,7 @@ fn gain(nats: f64, minutes: f64) -> String {
     }
 }
 
-/// What was wrong with the recording.
+/// Defects of the recording.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct DataQuality {
     /// Rows in the files.
@@ -261,12 +261,12 @@ pub struct DataQuality {
     pub gaps: usize,
     /// Rows that were not compared, by reason.
     pub rejected: BTreeMap<&'static str, usize>,
-    /// What else.
+    /// Other defects.
     pub warnings: Vec<String>,
 }
 
 impl DataQuality {
-    /// Says that every row counted so far is the average of `together` rows.
+    /// Scales the counts so far, each row being the average of `together` rows.
     pub(crate) fn count_averages(&mut self, together: usize) {
         if together < 2 {
             return;
