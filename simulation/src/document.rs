@@ -1,4 +1,4 @@
-//! TOML text as sections of keys that know where they stand, so that a mistake can be pointed at.
+//! TOML text as sections of keys with their positions, so that a mistake can be pointed at.
 
 use std::ops::Range as Span;
 
@@ -28,7 +28,7 @@ impl BadFile {
     }
 }
 
-/// What is wrong at which byte of the text.
+/// A mistake and its byte offset in the text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Mistake {
     offset: usize,
@@ -40,7 +40,7 @@ impl Mistake {
         Mistake { offset: span.start, what: what.into() }
     }
 
-    /// A mistake that concerns the file as a whole.
+    /// A mistake of the file as a whole.
     pub(crate) fn at_start(what: impl Into<String>) -> Self {
         Mistake { offset: 0, what: what.into() }
     }
@@ -55,7 +55,7 @@ pub(crate) fn parse(text: &str) -> Result<Spanned<DeTable<'_>>, Mistake> {
 /// One key with its value.
 #[derive(Clone, Debug)]
 pub(crate) struct Item<'a> {
-    /// Section that it stands in; empty at the top of the file.
+    /// Section that contains it; empty at the top of the file.
     pub(crate) section: &'a str,
     pub(crate) key: &'a str,
     pub(crate) key_span: Span<usize>,
@@ -78,7 +78,7 @@ impl<'a> Item<'a> {
         Mistake::new(&self.value.span(), what)
     }
 
-    /// The key does not exist.
+    /// The mistake of an unknown key.
     pub(crate) fn unknown(&self, known: &[&str]) -> Mistake {
         Mistake::new(&self.key_span, format!("there is no key {}; there are: {}", self.name(), known.join(", ")))
     }
@@ -114,7 +114,7 @@ impl<'a> Item<'a> {
         number.ok_or_else(|| self.wrong(format!("{} must be a number", self.name())))
     }
 
-    /// The value as a number within a range; the message has the range.
+    /// The value as a number within a range; the message states the range.
     pub(crate) fn number(&self, range: &Range) -> Result<f64, Mistake> {
         let x = self.any_number()?;
         within(range, x).map_err(|what| self.wrong(format!("{} {what}", self.name())))?;
@@ -122,7 +122,7 @@ impl<'a> Item<'a> {
     }
 }
 
-/// Checks a number against a range; the text is what follows the number's name.
+/// Checks a number against a range; the text returned continues the number's name.
 pub(crate) fn within(range: &Range, x: f64) -> Result<(), String> {
     if x >= range.min && x <= range.max {
         return Ok(());

@@ -1,4 +1,4 @@
-//! The simulation that a run is held against, as a file.
+//! The simulation file: what a run is compared with.
 //!
 //! ```toml
 //! schema = "guideblock.simulation/1"
@@ -20,8 +20,7 @@
 //! height = [0.0, 0.4, 1.3]
 //! ```
 //!
-//! A file with neither `[guide]` nor `[lubricant]` nor `[operation]` holds a run against its own column
-//! `simulated_force_n`.
+//! Without `[guide]`, `[lubricant]` and `[operation]` a run is compared with its own column `simulated_force_n`.
 
 mod curves;
 mod mechanisms;
@@ -36,26 +35,26 @@ use crate::mechanism::Added;
 /// The value of `schema`.
 pub const SCHEMA: &str = "guideblock.simulation/1";
 
-/// A simulation: a law, what it is fed, and how far it may be trusted.
+/// A simulation: a law, its inputs, and how far it may be trusted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Simulation {
-    /// What makes the drag force.
+    /// Law of the drag force.
     pub law: Law,
     /// Preload where a run has no column `preload_n`, N, 0 to 1e6.
     pub preload_n: Option<f64>,
     /// The axis.
     pub axis: Axis,
-    /// How well the law's own numbers are known.
+    /// Tolerances of the law's own parameters.
     pub tolerance: Tolerance,
     /// How columns of a recording are read: name and `column:scale[:offset]`, in the order of their names.
     pub columns: Vec<(String, String)>,
-    /// What acts beside the law, in the order of the file.
+    /// Mechanisms that act beside the law, in the order of the file.
     pub mechanisms: Vec<Added>,
-    /// What acts beside both and has no name, in the order of the file.
+    /// Unnamed forces beside law and mechanisms, in the order of the file.
     pub curves: Vec<AddedCurve>,
 }
 
-/// What makes the drag force.
+/// Law of the drag force.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Law {
     /// A ball guide, Zhou 2023, Eq. 1 to 21.
@@ -69,27 +68,27 @@ pub enum Law {
         /// Force without motion, N; exact where it is given.
         offset_n: Option<f64>,
     },
-    /// The run's own column `simulated_force_n`, made by another program. The numbers are factors of what that program is
-    /// taken to have assumed, 0.05 to 20: 1 leaves its force as it is.
+    /// The run's own column `simulated_force_n`, made by another program. The numbers are factors on what that program
+    /// is taken to have assumed, 0.05 to 20: 1 leaves its force unchanged.
     Column {
-        /// Of the friction; an inertia that the column holds stays as it is.
+        /// Factor on the friction; an inertia in the column is not scaled.
         friction: f64,
-        /// Of the preload; without a column `preload_n` it changes nothing.
+        /// Factor on the preload. Without a `preload_n` column, changing the preload has no effect.
         preload: f64,
-        /// Of the viscosity.
+        /// Factor on the viscosity.
         viscosity: f64,
     },
 }
 
 impl Law {
-    /// A column as it is.
+    /// The column unchanged.
     pub const COLUMN: Self = Law::Column { friction: 1.0, preload: 1.0, viscosity: 1.0 };
 }
 
 /// The axis that carries the block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis {
-    /// Mass that the law itself accelerates, kg, 0 to 1e5. `None` is 0 for a guide and fitted under coulomb-viscous.
+    /// Mass that the law itself accelerates, kg, 0 to 1e5. `None` means 0 for a guide, and fitted for coulomb-viscous.
     pub moved_mass_kg: Option<f64>,
     /// Speed below which the carriage counts as standing, m/s, 0 to 1.
     pub zero_speed_m_s: f64,
@@ -125,7 +124,7 @@ pub struct Tolerance {
     pub friction_terms: f64,
     /// One factor on the moved mass.
     pub mass: f64,
-    /// Part of the drag's RMS below which a mismatch is of no interest.
+    /// Share of the drag's RMS below which a mismatch is of no interest.
     pub relevance: f64,
 }
 
@@ -136,7 +135,7 @@ impl Default for Tolerance {
 }
 
 impl Simulation {
-    /// A law with everything else as an empty file has it.
+    /// A law, with everything else as in an empty file.
     pub fn of(law: Law) -> Self {
         Simulation {
             law,
@@ -152,14 +151,14 @@ impl Simulation {
     /// Reads a simulation file.
     ///
     /// # Errors
-    /// [`BadFile`]: no TOML, another schema, a section or key that does not exist, a value of the wrong kind or out
-    /// of range, friction constants whose drag does not tell the preload.
+    /// [`BadFile`]: no TOML, another schema, a section or key that does not exist, a value of the wrong kind or out of
+    /// range, friction constants for which the drag does not determine the preload.
     pub fn from_toml(text: &str) -> Result<Self, BadFile> {
         read::simulation(text).map_err(|mistake| BadFile::at(text, mistake))
     }
 
-    /// The file that reads back as this simulation; values that it does not set stand in it as comments with where
-    /// they come from.
+    /// The file that reads back as this simulation; values that it does not set appear as comments with their
+    /// provenance.
     pub fn to_toml(&self) -> String {
         write::simulation(self)
     }

@@ -1,4 +1,4 @@
-//! A guide and its oil: a published set and what was overridden in it.
+//! A guide and its oil: a published set, and what a file overrides in it.
 //!
 //! ```toml
 //! [guide]
@@ -9,7 +9,7 @@
 //! viscosity_cst = 68.0              # or viscosity_40_cst and viscosity_100_cst
 //! ```
 //!
-//! Every value remembers where it comes from, and what no paper states is called assumed wherever it is shown.
+//! Every value carries its provenance, and what no paper states is called assumed wherever it is shown.
 
 use std::ops::Range as Span;
 
@@ -26,10 +26,10 @@ use crate::published::{Entry, Provenance, Published, SETS, Value, named};
 /// Legal `hersey_scale`; wide enough for any unit of viscosity.
 pub const SCALE: Range = Range { name: "hersey_scale", min: 1e-6, max: 1e6, unit: "" };
 
-/// Density that turns cSt into the carriage convention's viscosity number, kg/m³.
+/// Density that converts cSt to the viscosity number of the carriage convention, kg/m³.
 const OIL_DENSITY_KG_M3: f64 = 880.0;
 
-/// The key that takes the place of the two viscosities of a data sheet.
+/// Key that replaces the two viscosities of a data sheet.
 const CONSTANT_VISCOSITY: &str = "viscosity_cst";
 
 /// Viscosity of the oil, cSt.
@@ -53,7 +53,7 @@ pub struct GuideSet {
 
 impl PartialEq for GuideSet {
     fn eq(&self, other: &Self) -> bool {
-        // the model follows from the entries
+        // the model follows from the entries, so they suffice
         self.parameters.name == other.parameters.name && self.entries == other.entries
     }
 }
@@ -75,7 +75,7 @@ impl GuideSet {
             lubricant: Lubricant::Walther(OIL),
             entries: parameters.entries(),
         };
-        // published values are legal (held by a test); were they not, the placeholders above would stay
+        // cannot fail: published values are legal (ensured by a test); if not, the placeholders above would stay
         let _ = set.derive();
         set
     }
@@ -98,12 +98,13 @@ impl GuideSet {
         }
     }
 
-    /// The model, Eq. 1 to 21 of Zhou 2023.
+    /// The exact model, Eq. 1 to 21 of Zhou 2023.
     pub const fn exact(&self) -> &Exact {
         &self.exact
     }
 
-    /// What the model calls viscosity, over ν in cSt: 1 with slip, 60·ρ·1e-6 (ρ in kg/m³) with the carriage speed.
+    /// Factor from ν in cSt to the model's viscosity number: 1 with slip, 60·ρ·1e-6 (ρ in kg/m³) with the carriage
+    /// speed.
     pub const fn hersey_scale(&self) -> f64 {
         self.hersey_scale
     }
@@ -113,7 +114,7 @@ impl GuideSet {
         self.lubricant
     }
 
-    /// The published set that this one differs from.
+    /// The published set that this one is based on.
     pub const fn parameters(&self) -> &'static Published {
         self.parameters
     }
@@ -125,17 +126,16 @@ impl GuideSet {
 
     /// The same with one number replaced, as if the file had set it.
     ///
-    /// Keys and units are those of the file format; `viscosity_cst` takes the place of the two data-sheet
-    /// viscosities.
+    /// Keys and units are those of the file format; `viscosity_cst` replaces the two data-sheet viscosities.
     ///
     /// # Errors
     /// A text that names the key: it does not exist or is no number, the number is out of range, or the drag would no
-    /// longer tell the preload.
+    /// longer determine the preload.
     pub fn with_number(&self, key: &str, x: f64) -> Result<Self, String> {
         self.with_numbers(&[(key, x)])
     }
 
-    /// The same with several numbers replaced at once, so that only what they make together must be legal.
+    /// The same with several numbers replaced at once, so that only their combination must be legal.
     ///
     /// # Errors
     /// As [`with_number`](Self::with_number).
@@ -159,7 +159,7 @@ impl GuideSet {
         Ok(set)
     }
 
-    /// The same with the other speed in the Hersey number, its scale as the published set has it for that speed.
+    /// The same with the other speed in the Hersey number, and the published set's scale for that speed.
     #[must_use]
     pub fn with_hersey_speed(&self, speed: HerseySpeed) -> Self {
         let mut set = self.clone();
@@ -171,7 +171,7 @@ impl GuideSet {
         for entry in &mut set.entries {
             match entry.key {
                 "hersey" => (entry.value, entry.provenance) = (Value::Name(name), Provenance::File),
-                // what a file said of the scale it said of the other speed
+                // a scale in a file was meant for the other speed
                 "hersey_scale" => {
                     if let Some(own) = published.iter().find(|e| e.key == "hersey_scale") {
                         *entry = *own;
@@ -180,12 +180,12 @@ impl GuideSet {
                 _ => {}
             }
         }
-        // both speeds are legal with every geometry; the friction law may not be, and is what calibration looks for
+        // both speeds are legal for every geometry; the friction law may not be, and is what calibration determines
         let _ = set.derive();
         set
     }
 
-    /// Takes the keys of `[guide]` and `[lubricant]`.
+    /// Reads the keys of `[guide]` and `[lubricant]`.
     pub(crate) fn read(guide: &[Item<'_>], lubricant: &[Item<'_>], place: &Span<usize>) -> Result<Self, Mistake> {
         let parameters = match guide.iter().find(|item| item.key == "parameters") {
             Some(item) => {
@@ -298,7 +298,7 @@ impl GuideSet {
         Ok(())
     }
 
-    /// A number that is among the entries by construction; NaN, which every check refuses, if it were not.
+    /// A number among the entries, where it is by construction; otherwise NaN, which every check refuses.
     fn number(&self, key: &str) -> f64 {
         self.entries.iter().find(|e| e.key == key).map_or(f64::NAN, |e| match e.value {
             Value::Number(x) => x,
@@ -331,7 +331,7 @@ fn choices(key: &str) -> &'static [&'static str] {
     if key == "hersey" { &["slip", "carriage"] } else { &["fixed", "exact"] }
 }
 
-/// Checks a value in the file's unit; the text is what follows the key.
+/// Checks a value in the file's unit; the text returned continues the key.
 fn check(key: &'static str, x: f64) -> Result<(), String> {
     let range = match key {
         "contact_angle_deg" => quantity::range("contact_angle_rad").map(|r| Range {
@@ -352,7 +352,7 @@ fn check(key: &'static str, x: f64) -> Result<(), String> {
     Ok(())
 }
 
-/// Refuses friction constants under which one drag force belongs to several preloads.
+/// Refuses friction constants for which several preloads give the same drag force.
 ///
 /// `dlnF_f/dlnQ = 1 + (dlnH/dlnQ)(dlnμ/dlnH)` must stay positive. With slip dlnH/dlnQ is 1/3 and a little more at
 /// high loads, so that a fall of μ steeper than `H^-2` is refused; with the carriage speed it is -1/3 and dlnμ/dlnH

@@ -1,12 +1,12 @@
-//! The drag force that a law says, row by row, and how it answers to its own numbers.
+//! The law's drag force, row by row, and its response to the law's own parameters.
 //!
 //! ```text
 //! guide             F = sign(V)·4 Z_b Q μ(H) + m a        Zhou 2023, Eq. 1 to 21; Q from the preload, H from ν and V
 //! coulomb-viscous   F = sign(V)·(F_c + F_v abs(V)) + F_0 + m a
-//! column            F = the run's own simulated_force_n, which tells its own answer to viscosity and preload
+//! column            F = the run's own simulated_force_n, which determines its own response to viscosity and preload
 //! ```
 //!
-//! Steady motion only: nothing here remembers anything. What the laws leave out is the matter of mechanisms.
+//! Steady motion only: nothing here has a memory. What the laws leave out is left to mechanisms.
 
 mod ball_guide;
 mod column;
@@ -18,12 +18,12 @@ use crate::run::Run;
 
 pub use column::ERROR_OF_COLUMN;
 
-/// Multipliers of what a law assumes; 1 leaves it as it is. All dimensionless, above 0.
+/// Multipliers of a law's assumptions; 1 leaves them unchanged. All dimensionless, above 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Factors {
     /// Preload, measured or given.
     pub preload: f64,
-    /// All terms of the friction law alike; of a column: its gain.
+    /// All terms of the friction law together; for a column, its gain.
     pub friction: f64,
     /// Viscosity.
     pub viscosity: f64,
@@ -31,7 +31,7 @@ pub struct Factors {
     pub mu_coulomb: f64,
     /// μ_v, or F_v.
     pub mu_viscous: f64,
-    /// μ_s; nothing to coulomb-viscous.
+    /// μ_s; without effect for coulomb-viscous.
     pub mu_stribeck: f64,
     /// Moved mass.
     pub mass: f64,
@@ -54,44 +54,44 @@ impl Default for Factors {
 /// Why a law has no value for a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Missing {
-    /// Neither the run nor the simulation says what the preload is.
+    /// Neither the run nor the simulation states the preload.
     #[error("the recording has no column preload_n and the simulation no operation.preload_n; give one of them")]
     Preload,
-    /// The oil's viscosity falls with temperature and the run has none.
+    /// The oil's viscosity falls with temperature, and the run does not measure that.
     #[error(
         "the recording has no column temperature_block_degc, which the oil's viscosity needs; give lubricant.viscosity_cst for \
          an oil at one temperature"
     )]
     Temperature,
-    /// The law is the run's own column, and there is none.
+    /// The law is the run's own column, and the run has none.
     #[error(
         "the recording has no column simulated_force_n and the simulation no [guide]; add [guide] with \
          parameters = \"zhou-2023\" or law = \"coulomb-viscous\""
     )]
     SimulatedForce,
-    /// A number of coulomb-viscous that is to be fitted has not been.
+    /// A parameter of coulomb-viscous that is to be fitted has not been fitted yet.
     #[error("{0} is not in the simulation; it has to be fitted to a recording first")]
     NotFitted(&'static str),
 }
 
-/// Load per ball of a guide that nothing is known of, of its preload: 150 N at 3 kN, as in the paper's.
+/// Load per ball of an unknown guide as a share of its preload: 150 N at 3 kN, as for the paper's guide.
 const BALLS_SHARE: f64 = 0.05;
 
-/// What a law says of every row. Vectors of the last four quantities are empty for laws that do not know them.
+/// The law's values for every row. The last four vectors are empty for laws that do not know those quantities.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Steady {
-    /// Force of the drive on the carriage, N, positive towards +position, the law's inertia included. NaN where the
-    /// law has no value (preload or temperature not measured in that row, load beyond the contact's geometry). At
-    /// rest (direction 0) friction is not determined: only inertia and offset are in it.
+    /// Force of the drive on the carriage, N, positive towards +position, including the law's inertia. NaN where the
+    /// law has no value (preload or temperature not measured in that row, load beyond the contact's geometry). At rest
+    /// (direction 0) friction is not determined: then it contains inertia and offset only.
     pub force_n: Vec<f64>,
     /// Sign of the velocity, -1 or 1; 0 below the simulation's `zero_speed_m_s`.
     pub direction: Vec<f64>,
-    /// Friction alone, N, positive against the motion; what it would be at that speed where the carriage stands. A column of
-    /// force does not tell that: there it is 0 at rest, and `force_n` the column.
+    /// Friction alone, N, positive against the motion; at rest, what it would be at that speed. A column of force does
+    /// not contain that: there it is 0 at rest, and `force_n` is the column.
     pub drag_n: Vec<f64>,
-    /// Preload, N. A column of force knows it where the run has one.
+    /// Preload, N. For a column of force it is known where the run has one.
     pub preload_n: Vec<f64>,
-    /// Normal load per ball, N; of a guide known by a column of force alone, in proportion to its preload.
+    /// Normal load per ball, N; for a guide known only by a column of force, proportional to its preload.
     pub load_per_ball_n: Vec<f64>,
     /// Viscosity of the oil, cSt.
     pub viscosity_cst: Vec<f64>,
@@ -100,9 +100,9 @@ pub struct Steady {
 }
 
 impl Simulation {
-    /// What the law says of a run, within 1e-9 of the exact model.
+    /// The law's values for a run, within 1e-9 of the exact model.
     ///
-    /// `motion` must be that of `run`. A run's column `preload_n` goes before the simulation's.
+    /// `motion` must be that of `run`. A run's column `preload_n` takes precedence over the simulation's preload.
     ///
     /// # Errors
     /// [`Missing`]: something that the law needs is neither in the run nor in the simulation.
@@ -161,7 +161,7 @@ impl Simulation {
     }
 }
 
-/// A column in which anything was measured.
+/// A column with at least one finite value.
 fn measured(column: Option<&[f64]>) -> Option<&[f64]> {
     column.filter(|rows| rows.iter().any(|x| x.is_finite()))
 }
@@ -170,7 +170,7 @@ fn measured(column: Option<&[f64]>) -> Option<&[f64]> {
 fn signed(direction: &[f64], drag: &[f64], mass: f64, acceleration: &[f64], offset: f64) -> Vec<f64> {
     let friction = direction.iter().zip(drag).map(|(sign, drag)| sign * drag);
     if mass == 0.0 {
-        // an acceleration that is not known does no harm to a law without inertia
+        // an unknown acceleration does no harm to a law without inertia
         return friction.map(|force| force + offset).collect();
     }
     friction.zip(acceleration).map(|(force, a)| force + mass * a + offset).collect()

@@ -1,17 +1,17 @@
-//! A run of an axis as columns, and the simulation that is held against it.
+//! Runs of an axis as columns, and the simulation that they are compared with.
 //!
 //! ```text
-//! run        what was recorded, column by column, and where it was interrupted
-//! session    recordings whose clocks go on, as one
-//! motion     position, speed and acceleration of every row, from whatever was measured
-//! published  parameter sets of the literature, every value with where it comes from
+//! run        a recording, column by column, with its interruptions
+//! session    recordings with a continuing clock, joined
+//! motion     position, speed and acceleration of every row, from what was measured
+//! published  parameter sets of the literature, every value with its provenance
 //! guide      a guide and its oil: a published set and what a file overrides
 //! file       the simulation file: law, operation, axis, tolerance
-//! law        the drag force that the law says, row by row
-//! mechanism  the physics and the faults of sensors that a simulation may leave out
-//! curve      what it leaves out and nobody has a name for
-//! profile    how an axis is driven so that a recording tells something
-//! sensor     what sensors make of a run
+//! law        the law's drag force, row by row
+//! mechanism  physics and sensor faults that a simulation may leave out
+//! curve      unnamed forces that it leaves out
+//! profile    test profiles: how an axis is driven to be informative
+//! sensor     effects of sensors on a run
 //! ```
 //!
 //! No file is opened and nothing is printed here: text comes in, numbers and reasons go out.

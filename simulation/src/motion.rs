@@ -1,8 +1,8 @@
-//! Position, velocity and acceleration of every row of a run, from whatever was measured.
+//! Position, velocity and acceleration of every row of a run, from what was measured.
 //!
-//! What was not measured is derived in windows as short as the noise of the encoder allows (`window.rs`): noise in velocity falls
-//! with the 1.5th power of their length, and what happens within them is lost. That of a second derivative falls with the
-//! 2.5th power and is far larger: where the acceleration comes from positions it has a window of its own, which grows row
+//! What was not measured is derived in windows as short as the encoder's noise allows (`window.rs`): noise of the
+//! velocity falls with the 1.5th power of their length, and faster changes are lost. Noise of a second derivative falls
+//! with the 2.5th power and is far larger: an acceleration from positions therefore has its own window, which grows row
 //! by row as far as the motion is smooth.
 
 mod window;
@@ -15,7 +15,7 @@ use window::{MAX_REACH, bend, calm_slope, local, reach, rms, slope, smooth_bend}
 
 pub use window::calm;
 
-/// Noise in a derived velocity that is accepted, of the run's RMS velocity.
+/// Accepted noise of a derived velocity, relative to the run's RMS velocity.
 const VELOCITY_NOISE: f64 = 2e-3;
 
 /// Motion of every row. All columns have the run's length.
@@ -27,9 +27,9 @@ pub struct Motion {
     pub velocity_m_s: Vec<f64>,
     /// Acceleration, m/s²: as measured, else derived.
     pub acceleration_m_s2: Vec<f64>,
-    /// Rows to either side of a row that its velocity comes from.
+    /// Rows to either side that a row's velocity is derived from.
     pub reach: usize,
-    /// Most rows to either side of a row that its acceleration comes from.
+    /// Most rows to either side that a row's acceleration is derived from.
     pub acceleration_reach: usize,
     /// Whether the position was measured.
     pub has_position: bool,
@@ -43,7 +43,7 @@ impl Motion {
         let (reach, velocity_m_s) = match (&run.velocity_m_s, &run.position_m) {
             (Some(velocity), _) => (reach(velocity, &parts, 0.02 * rms(velocity)), velocity.clone()),
             (None, Some(position)) => {
-                // the rough velocity that the limit of its noise is taken from
+                // rough velocity, for the limit of its noise
                 let rough = rms(&slope(&run.time_s, position, &parts, 5));
                 let reach = reach(position, &parts, VELOCITY_NOISE * rough * step_s);
                 (reach, slope(&run.time_s, position, &parts, reach))
@@ -62,7 +62,7 @@ impl Motion {
             None => derived(),
             Some(mut measured) => {
                 if measured.iter().any(|a| !a.is_finite()) {
-                    // a cell that was not measured does not take the others with it
+                    // an unmeasured cell is replaced by its derived value, the others are kept
                     let missing = measured.iter_mut().zip(derived().1).filter(|(a, _)| !a.is_finite());
                     missing.for_each(|(a, derived)| *a = derived);
                 }
@@ -73,8 +73,8 @@ impl Motion {
         Motion { position_m, velocity_m_s, acceleration_m_s2, reach, acceleration_reach, has_position }
     }
 
-    /// Velocity, m/s, with less of the noise of what it was measured by: [`calm`] where it was recorded, else the slope of as
-    /// many positions as agree. One entry a row; `run` is the one that this is the motion of.
+    /// Velocity with less measurement noise, m/s: [`calm`] where it was recorded, otherwise the slope over as many
+    /// positions as agree. One entry per row; `run` must be the run of this motion.
     pub fn calm_velocity(&self, run: &Run) -> Vec<f64> {
         match (&run.velocity_m_s, &run.position_m) {
             (Some(velocity), _) => calm(run, velocity),
@@ -83,13 +83,14 @@ impl Motion {
         }
     }
 
-    /// Velocity and acceleration that a position would have, derived as those of this motion were.
+    /// Velocity and acceleration of a position, derived in the same way as those of this motion.
     pub(crate) fn derived(&self, run: &Run, position_m: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let parts = run.part_rows();
         local(&run.time_s, position_m, &parts, self.reach, |[_, b, c]| (b, 2.0 * c)).into_iter().unzip()
     }
 
-    /// Motion of the path alone, over this many rows to either side, whatever speed and acceleration were recorded.
+    /// Motion derived from the path alone, over this many rows to either side, whatever speed and acceleration were
+    /// recorded.
     pub(crate) fn of_path(run: &Run, reach: usize) -> Self {
         let parts = run.part_rows();
         let position_m = run.position_m.clone().unwrap_or_else(|| vec![0.0; run.len()]);
@@ -105,7 +106,7 @@ impl Motion {
     }
 }
 
-/// Trapezoidal integral; goes on across the borders of parts without a step.
+/// Trapezoidal integral; continues across the borders of parts without a step.
 fn integral(time: &[f64], column: &[f64], parts: &[Range<usize>]) -> Vec<f64> {
     let mut out = vec![0.0; column.len()];
     let mut sum = 0.0;
@@ -161,14 +162,14 @@ mod tests {
         }
     }
 
-    /// To and fro at one speed, turning within a row, is as smooth as its encoder.
+    /// To and fro at one speed, reversing within a row: as smooth as the encoder.
     #[test]
     fn hard_turns_are_no_noise() {
         let there = |t: f64| 0.1 * (1.0 - (4.0 * t).rem_euclid(2.0)).abs();
         assert_eq!(Motion::of(&run(|t| (there(t) / 1e-7).round() * 1e-7)).reach, 2);
     }
 
-    /// Ten positions to the micrometre hold little of an acceleration; sixty hold it where it is smooth.
+    /// Ten positions to the micrometre contain little of an acceleration; sixty contain it where it is smooth.
     #[test]
     fn an_acceleration_from_positions_has_a_window_of_its_own() {
         // there in the first part, back in the second, without a corner
@@ -189,7 +190,7 @@ mod tests {
         assert!(rms(&off) < ACCELERATION_NOISE * rms(&truth), "{} of {}", rms(&off), rms(&truth));
     }
 
-    /// A ramp of 20 rows in noise that asks for windows of 37: there it would read a sixth less.
+    /// A ramp of 20 rows in noise that asks for windows of 37, where it would read a sixth less.
     #[test]
     fn a_short_ramp_keeps_its_height() {
         let own =

@@ -1,17 +1,17 @@
-//! What was recorded of an axis: columns of equal length in SI units, split where time or the profile breaks.
+//! A run: the recording of an axis as columns of equal length in SI units, split where time or the profile breaks.
 
 use std::ops::Range;
 
-/// Distances of rows that tell the median of all.
+/// Number of time differences that are sampled for the median.
 const AMONG: usize = 16_000;
 
 /// A column that a recording may lack; NaN where a row has no value.
 pub type Optional = Option<Vec<f64>>;
 
-/// One run. Every column that is there has as many entries as `time_s`; time rises within a part.
+/// One run. Every column present has as many entries as `time_s`; time rises within a part.
 ///
-/// `drag_force_n` is the force that the drive applies to the carriage, positive towards +position: in steady motion
-/// it has the sign of the velocity. At least one of `position_m` and `velocity_m_s` is there.
+/// `drag_force_n` is the force that the drive applies to the carriage, positive towards +position: in steady motion it
+/// has the sign of the velocity. At least one of `position_m` and `velocity_m_s` is present.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Run {
     /// Name in reports, usually that of the file.
@@ -36,7 +36,7 @@ pub struct Run {
     pub temperature_rail_degc: Optional,
     /// Temperature of the surroundings, °C.
     pub temperature_ambient_degc: Optional,
-    /// What another program says the drag force should be, N.
+    /// Drag force according to another program, N.
     pub simulated_force_n: Optional,
     /// The parts, in order; together they cover every row once.
     pub parts: Vec<Part>,
@@ -54,7 +54,7 @@ pub struct Part {
 }
 
 /// Why a part of a run starts. Memory of the friction (presliding, dwell) restarts with every part; heat and travel
-/// go on.
+/// continue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Break {
     /// The recording starts.
@@ -83,9 +83,9 @@ impl Run {
         self.parts.iter().map(|part| part.rows.clone()).collect()
     }
 
-    /// Rows of the part with most of them, the first of equals; empty without a part.
+    /// Rows of the longest part, the first among equals; empty without a part.
     pub fn longest_part(&self) -> Range<usize> {
-        // `max_by_key` would take the last of equals; the first is the one a reader expects
+        // `max_by_key` would take the last among equals; a reader expects the first
         let longer = |a: Range<usize>, b: Range<usize>| if b.len() > a.len() { b } else { a };
         self.parts.iter().map(|part| part.rows.clone()).reduce(longer).unwrap_or(0..0)
     }
@@ -102,9 +102,10 @@ impl Run {
         parts.into_iter().map(|(_, rows)| rows).collect()
     }
 
-    /// Median distance of rows in time, s, of some 16 000 spread evenly over a long run; NaN below two rows of one part.
+    /// Median time between rows, s, from some 16 000 differences spread evenly over a long run; NaN with fewer than two
+    /// rows in one part.
     pub fn step_s(&self) -> f64 {
-        // odd: a logger that writes every second row late is not seen late alone
+        // odd: otherwise, with a logger that writes every second row late, only the late ones might be sampled
         let every = (self.len() / AMONG) | 1;
         let mut steps: Vec<f64> = self
             .parts

@@ -1,7 +1,8 @@
-//! Recordings of one session as one: heat, travel and drift go on from the end of one to the start of the next.
+//! Sessions: consecutive recordings joined to one, so that heat, travel and drift continue across them.
 //!
-//! Two belong together where the clock of the second goes on after the end of the first, and where they have the same
-//! columns and rate. Where positions are relative, each recording has a zero of its own, and nothing is joined.
+//! Two recordings belong together where the clock of the second continues after the end of the first, and where they
+//! have the same columns and rate. Where positions are relative, each recording has its own zero, and nothing is
+//! joined.
 
 use crate::Simulation;
 use crate::file::PositionReference;
@@ -10,11 +11,11 @@ use crate::run::{Break, Part, Run};
 /// Longest time between two recordings of one session, s.
 const LONGEST_PAUSE_S: f64 = 3600.0;
 
-/// Difference of two rates that is none.
+/// Relative difference below which two rates are equal.
 const SAME_RATE: f64 = 0.01;
 
-/// The recordings, in the order of their clocks, with those of one session joined; rows stay in their order. `None` where
-/// there are no two of one session.
+/// The recordings, in the order of their clocks, with those of one session joined; the order of rows is kept. `None`
+/// where no two belong together.
 pub fn joined(simulation: &Simulation, runs: &[Run]) -> Option<Vec<Run>> {
     if simulation.axis.position_reference == PositionReference::Relative {
         return None;
@@ -72,7 +73,7 @@ fn optional(run: &Run) -> [Option<&Vec<f64>>; 9] {
     .map(Option::as_ref)
 }
 
-/// The same in the same order.
+/// The same columns, mutable, in the same order.
 fn optional_mut(run: &mut Run) -> [Option<&mut Vec<f64>>; 9] {
     [
         &mut run.position_m,

@@ -1,15 +1,15 @@
-//! A curve with heights: a force of a simulation file that nobody has a name for.
+//! Added curves: unnamed forces in a simulation file, each a curve with its heights.
 
 use super::{Axis, Carrier, Curve};
 use crate::mechanism::Context;
 
 /// A curve with heights.
 ///
-/// One along time, travel or a clock holds for the recording that it was found in, and one along positions for those that
-/// share its zero.
+/// A curve along time, travel or a clock holds for the recording that it was found in, and one along position for those
+/// that share its zero.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AddedCurve {
-    /// What it lies along, what it multiplies, where its knots are.
+    /// Axis, carrier and knots.
     pub curve: Curve,
     /// Height at every knot, in the carrier's unit, -1e12 to 1e12; of a clock the last is the first.
     pub heights: Vec<f64>,
@@ -19,8 +19,8 @@ impl AddedCurve {
     /// Largest size of a height: with larger ones forces leave the range of numbers.
     pub const MOST: f64 = 1e12;
 
-    /// Whether it is one that a file can hold: two knots or more, strictly rising, within the ends of the axis, each with a
-    /// height; a clock that starts at 0 and closes.
+    /// Whether a file can hold it: two knots or more, strictly rising, within the limits of the axis, each with a
+    /// height; a clock must start at 0 and close.
     pub fn is_sound(&self) -> bool {
         let (knots, heights) = (&self.curve.knots, &self.heights);
         let [least, most] = self.curve.axis.ends();
@@ -33,9 +33,9 @@ impl AddedCurve {
             && (self.curve.axis != Axis::Clock || (closes() && knots.len() >= 3))
     }
 
-    /// The force that it adds to the law's, N per row; 0 in rows that do not tell the axis and, unless it is the same in both
-    /// directions, at rest, where friction is not determined. `None` where no row tells the axis, or where the curve [is not
-    /// sound](AddedCurve::is_sound).
+    /// The force that it adds to the law's, N per row; 0 in rows where the axis is unknown and, unless it is the same
+    /// in both directions, at rest, where friction is not determined. `None` where the axis is unknown in all rows, or
+    /// where the curve [is not sound](AddedCurve::is_sound).
     pub fn force_n(&self, context: &Context<'_>) -> Option<Vec<f64>> {
         if !self.is_sound() {
             return None;

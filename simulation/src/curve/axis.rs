@@ -1,8 +1,8 @@
-//! What a curve can lie along.
+//! Axes along which a curve can lie.
 
 use crate::mechanism::Context;
 
-/// What a curve can lie along.
+/// Axis along which a curve can lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axis {
     /// Direction of motion, -1 or 1; at rest the last one.
@@ -29,9 +29,9 @@ pub enum Axis {
     ReversalDistance,
     /// How long the carriage rested before the present movement, s.
     Dwell,
-    /// Time of the recording within a period, s: what follows another machine's clock.
+    /// Time of the recording modulo a period, s: for effects in step with another machine's clock.
     Clock,
-    /// Time since the carriage has set out or turned within a part of the run, s.
+    /// Time since the carriage last set out or turned within a part of the run, s.
     SinceTurn,
 }
 
@@ -92,7 +92,7 @@ impl Axis {
         }
     }
 
-    /// Least and largest value that a knot may have, in the unit of the axis: sizes have no sign.
+    /// Least and largest value of a knot, in the unit of the axis; unsigned quantities start at 0.
     pub const fn ends(self) -> [f64; 2] {
         match self {
             Axis::Direction => [-1.0, 1.0],
@@ -103,7 +103,7 @@ impl Axis {
             | Axis::Dwell
             | Axis::Clock
             | Axis::SinceTurn => [0.0, 1e12],
-            // a clock that jumped back may lie before its first row
+            // after a jump back, the clock may lie before its first row
             Axis::Load
             | Axis::Position
             | Axis::Time
@@ -113,8 +113,8 @@ impl Axis {
         }
     }
 
-    /// Value of every row of a run, in [`Axis::unit`], not a number where it is not known; `None` where the run does not
-    /// measure it. A clock has the time of the recording: its period is the curve's.
+    /// Value of every row of a run, in [`Axis::unit`], NaN where it is unknown; `None` where the run does not measure
+    /// it. A clock returns the time of the recording; the period belongs to the curve.
     pub fn values(self, context: &Context<'_>) -> Option<Vec<f64>> {
         let (run, motion) = (context.run, context.motion);
         match self {
@@ -142,7 +142,7 @@ impl Axis {
     }
 }
 
-/// Time since the direction of motion last changed, of every row of a run; not a number where that was before its part.
+/// Time since the direction of motion last changed, for every row of a run; NaN where that was before the row's part.
 fn since_turn_s(context: &Context<'_>) -> Vec<f64> {
     let (direction, time_s) = (&context.steady.direction, &context.run.time_s);
     let mut out = vec![f64::NAN; time_s.len()];

@@ -1,15 +1,15 @@
-//! What a curve multiplies.
+//! Carriers: the factor that a curve's height multiplies.
 
 use crate::mechanism::Context;
 
-/// What a curve multiplies.
+/// Factor that a curve's height multiplies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Carrier {
     /// 1: the same force in both directions. Heights in N.
     Even,
     /// The direction of motion, -1 or 1. Heights in N, positive against the motion.
     Odd,
-    /// The drag that the law says, N, against the motion. Heights are shares of it.
+    /// The law's drag, N, against the motion. Heights are shares of it.
     Drag,
 }
 
@@ -43,7 +43,7 @@ impl Carrier {
         }
     }
 
-    /// Its value in a row of a run; 0 where the law has none.
+    /// Its value in a row of a run; 0 where the law has no value.
     pub fn of(self, context: &Context<'_>, row: usize) -> f64 {
         match self {
             Carrier::Even => 1.0,

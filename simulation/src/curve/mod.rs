@@ -1,13 +1,13 @@
-//! A force that nobody has a name for: a curve, piecewise linear along an axis of the run.
+//! Unnamed forces: curves, piecewise linear along an axis of the run.
 //!
 //! ```text
-//! axis     what it lies along
-//! carrier  what it multiplies
+//! axis     the axis along which a curve lies
+//! carrier  the factor that it multiplies
 //! added    a curve with heights: an entry of a simulation file
 //! ```
 //!
-//! `F = height(axis)·carrier`: linear in the heights at the knots. Beyond the first and the last knot the height stays what
-//! it is there.
+//! `F = height(axis)·carrier`: linear in the heights at the knots. Beyond the first and the last knot the height stays
+//! constant.
 
 mod added;
 mod axis;
@@ -19,15 +19,15 @@ pub use carrier::Carrier;
 
 use crate::mechanism::Context;
 
-/// A curve along an axis, whatever its heights.
+/// A curve along an axis, without heights.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// What it lies along.
+    /// Axis along which it lies.
     pub axis: Axis,
-    /// What it multiplies.
+    /// Factor that its height multiplies.
     pub carrier: Carrier,
-    /// Where it may bend, in the unit of the axis, strictly rising, two or more. Those of a clock start at 0, and the last
-    /// is its period.
+    /// Positions where it may bend, in the unit of the axis, strictly rising, two or more. A clock's knots start at 0,
+    /// and the last is its period.
     pub knots: Vec<f64>,
 }
 
@@ -37,8 +37,8 @@ impl Curve {
         self.knots.last().copied().filter(|_| self.axis == Axis::Clock)
     }
 
-    /// Calls `of(row, below, shares)` for every row that shows the axis: the index of the knot below, and how much of the
-    /// carrier, in its unit, that knot and the one above have there. No row of a run that does not show it.
+    /// Calls `of(row, below, shares)` for every row where the axis is known: index of the knot below, and shares of
+    /// that knot and of the one above, times the carrier. Skips runs that do not measure the axis.
     pub fn each(&self, context: &Context<'_>, mut of: impl FnMut(usize, usize, [f64; 2])) {
         let Some(last) = self.knots.len().checked_sub(2) else { return };
         let Some(values) = self.axis.values(context) else { return };

@@ -1,4 +1,4 @@
-//! The entries `[[curve]]` of a simulation file: forces that nobody has a name for.
+//! The entries `[[curve]]` of a simulation file: unnamed forces.
 //!
 //! ```toml
 //! [[curve]]
@@ -8,7 +8,7 @@
 //! height = [0.0, 0.4, 1.3]    # N
 //! ```
 //!
-//! What repeats has `axis = "clock"` and a period; the height at its end is that at 0 and does not stand there.
+//! A periodic curve has `axis = "clock"` and a period; the height at its end equals that at 0 and is not written.
 
 use std::fmt::Write;
 
@@ -24,7 +24,7 @@ pub(super) const SECTION: &str = "curve";
 /// Keys of an entry.
 const KEYS: [&str; 5] = ["axis", "carrier", "period_s", "at", "height"];
 
-/// Takes all entries.
+/// Reads all entries.
 pub(super) fn read(item: &Item<'_>) -> Result<Vec<AddedCurve>, Mistake> {
     let Some(entries) = item.value.get_ref().as_array() else {
         return Err(item.wrong("curves stand in entries that start with [[curve]], in two brackets"));
@@ -118,12 +118,12 @@ fn numbers(item: &Item<'_>, [least, most]: [f64; 2], unit: &str) -> Result<Vec<f
     list.iter().map(number).collect()
 }
 
-/// Writes all entries; one that is not sound cannot be read back and is left out.
+/// Writes all entries; one that is not sound could not be read back and is omitted.
 pub(super) fn write(text: &mut String, curves: &[AddedCurve]) {
     for AddedCurve { curve, heights } in curves.iter().filter(|added| added.is_sound()) {
         let (axis, carrier) = (curve.axis, curve.carrier);
         let how = carrier.words();
-        // text does not fail to take a line
+        // writing to a string cannot fail
         let _ = writeln!(text, "\n[[{SECTION}]]   # a force that nobody has a name for, {how}");
         let _ = writeln!(text, "axis = \"{}\"\ncarrier = \"{}\"", axis.name(), carrier.name());
         let (mut at, mut height) = (curve.knots.as_slice(), heights.as_slice());

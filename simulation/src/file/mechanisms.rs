@@ -18,7 +18,7 @@ use crate::mechanism::{Added, Definition, Form, Id, definition};
 /// Section name.
 pub(super) const SECTION: &str = "mechanism";
 
-/// Takes all entries.
+/// Reads all entries.
 pub(super) fn read(item: &Item<'_>) -> Result<Vec<Added>, Mistake> {
     let Some(entries) = item.value.get_ref().as_array() else {
         return Err(item.wrong("mechanisms stand in entries that start with [[mechanism]], in two brackets"));
@@ -84,10 +84,10 @@ fn form(definition: &'static Definition, item: &Item<'_>) -> Result<(usize, &'st
     })
 }
 
-/// Largest number of a form, in its unit: with larger ones forces leave the range of numbers.
+/// Largest number of a form, in its unit: with larger ones forces would overflow.
 const LARGEST: f64 = 1e12;
 
-/// What a number of a form may be.
+/// Legal values of a number of a form.
 #[derive(Clone, Copy)]
 enum Number {
     Above0,
@@ -107,7 +107,7 @@ impl Number {
     }
 }
 
-/// Name, unit and what is legal of every number of a form, shape first.
+/// Name, unit and legal values of every number of a form, shape first.
 fn numbers(form: &'static Form) -> impl Iterator<Item = (&'static str, &'static str, Number)> {
     use crate::mechanism::Sign;
     let shape = form.shape.iter().map(|p| (p.name, p.unit, if p.log { Number::Above0 } else { Number::Any }));
@@ -122,7 +122,7 @@ fn numbers(form: &'static Form) -> impl Iterator<Item = (&'static str, &'static 
     shape.chain(amplitudes)
 }
 
-/// Writes all entries; one whose form does not exist or has other numbers cannot be read back and is left out.
+/// Writes all entries; one whose form does not exist or has other numbers could not be read back and is omitted.
 pub(super) fn write(text: &mut String, mechanisms: &[Added]) {
     for added in mechanisms {
         let Some(form) = added.form() else { continue };
@@ -130,7 +130,7 @@ pub(super) fn write(text: &mut String, mechanisms: &[Added]) {
         if (added.shape.len(), added.amplitudes.len()) != (form.shape.len(), form.amplitudes.len()) {
             continue;
         }
-        // text does not fail to take a line
+        // writing to a string cannot fail
         let _ =
             writeln!(text, "\n[[{SECTION}]]\nid = \"{}\"\nform = \"{}\"   # {}", added.id, form.name, form.equation);
         for ((name, unit, _), x) in numbers(form).zip(values) {

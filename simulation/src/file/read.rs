@@ -1,4 +1,4 @@
-//! Text of a simulation file into the simulation.
+//! Reading: from the text of a simulation file to the simulation.
 
 use std::ops::Range as Span;
 
@@ -26,7 +26,7 @@ const SECTIONS: [&str; 10] = [
 /// Section of a column of simulated force.
 pub(super) const COLUMN: &str = "simulated_force";
 
-/// Legal factors of what the program that made the column assumed.
+/// Legal factors on what the program that made the column assumed.
 const ASSUMED: Range = Range { name: "factor", min: 0.05, max: 20.0, unit: "" };
 
 /// The only `law` beside that of a ball guide.
@@ -54,7 +54,7 @@ pub(super) fn simulation(text: &str) -> Result<Simulation, Mistake> {
     let mut simulation = Simulation::of(Law::COLUMN);
     for item in items("", file) {
         match item.key {
-            // the law takes more than one section
+            // these sections define the law together and are read at once
             "schema" | "guide" | "lubricant" | COLUMN => {}
             "operation" => simulation.preload_n = operation(item.table()?)?,
             "axis" => simulation.axis = axis(item.table()?)?,
@@ -101,7 +101,7 @@ fn law(file: &DeTable<'_>) -> Result<Law, Mistake> {
     GuideSet::read(&guide, &lubricant, &place).map(Law::Guide)
 }
 
-/// The items of a section and where it starts; nothing where there is no such section.
+/// The items of a section and its position; empty where there is no such section.
 fn section<'a>(file: &'a DeTable<'a>, name: &'a str) -> Result<(Vec<Item<'a>>, Option<Span<usize>>), Mistake> {
     match items("", file).find(|item| item.key == name) {
         Some(item) => Ok((items(name, item.table()?).collect(), Some(item.key_span))),
@@ -185,7 +185,7 @@ fn tolerance(table: &DeTable<'_>) -> Result<Tolerance, Mistake> {
     Ok(tolerance)
 }
 
-/// Kept as text: what a mapping may say is the recording's matter.
+/// Kept as text: the recording's reader interprets mappings.
 fn columns(table: &DeTable<'_>) -> Result<Vec<(String, String)>, Mistake> {
     let mut columns = Vec::new();
     for item in items("columns", table) {
@@ -198,7 +198,7 @@ fn columns(table: &DeTable<'_>) -> Result<Vec<(String, String)>, Mistake> {
     Ok(columns)
 }
 
-/// The legal range of a quantity; nothing is legal of one that has no row (every name here has one).
+/// The legal range of a quantity; empty for an unknown name (all names used here are known).
 fn legal(name: &'static str) -> Range {
     quantity::range(name).copied().unwrap_or(Range { name, min: f64::NAN, max: f64::NAN, unit: "" })
 }

@@ -1,4 +1,4 @@
-//! The simulation into text that reads back as the same.
+//! Writing: from the simulation to text that reads back as the same.
 
 use std::fmt::Write;
 
@@ -36,7 +36,7 @@ pub(super) fn simulation(simulation: &Simulation) -> String {
     if !simulation.columns.is_empty() {
         text.push_str("\n[columns]\n");
         for (key, mapping) in &simulation.columns {
-            // the serialiser of the format knows how to quote any text
+            // the format's own serialiser quotes any text correctly
             line(&mut text, format_args!("{} = {}", quoted(key), quoted(mapping)));
         }
     }
@@ -101,7 +101,7 @@ fn quoted(text: &str) -> String {
     toml::Value::String(text.to_owned()).to_string()
 }
 
-/// Text does not fail to take a line.
+/// Appends a line; writing to a string cannot fail.
 fn line(text: &mut String, arguments: std::fmt::Arguments<'_>) {
     let _ = writeln!(text, "{arguments}");
 }

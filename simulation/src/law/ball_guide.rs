@@ -1,9 +1,9 @@
 //! Zhou 2023, Eq. 1 to 21, over the rows of a run.
 //!
-//! Of the exact model only two things depend on the preload and nothing else: the load per ball Q, which takes a Newton
+//! In the exact model only two quantities depend on the preload alone: the load per ball Q, which takes a Newton
 //! iteration, and `u/(V P)`, which takes roots and a cube root. Where the preload is constant they are computed once;
 //! where it was measured they are tabulated over the run's range of preloads, as the viscosity is over its range of
-//! temperatures ([`Table`], 1e-11). What is left of a row is one exponential.
+//! temperatures ([`Table`], 1e-11). One exponential per row remains.
 
 use model_core::exact::Exact;
 use model_core::friction::Friction;
@@ -13,7 +13,7 @@ use super::table::Table;
 use super::{Factors, Missing, Steady};
 use crate::guide::{GuideSet, Lubricant};
 
-/// Where a quantity comes from.
+/// Source of a quantity.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Source<'a> {
     /// The same in every row.
@@ -22,13 +22,13 @@ pub(super) enum Source<'a> {
     Column(&'a [f64]),
 }
 
-/// Rows from which on a table pays.
+/// Number of rows from which a table pays.
 const ROWS_FOR_A_TABLE: usize = 2000;
 
-/// Fewest rows that are worth a thread.
+/// Fewest rows per thread that pay.
 const ROWS_OF_A_THREAD: usize = 4096;
 
-/// The part of the largest preload below which rows are computed one by one: roots have no polynomial at 0.
+/// Share of the largest preload below which rows are computed one by one: roots have no polynomial at 0.
 const TABLE_RATIO: f64 = 1e-2;
 
 /// Everything but force and direction.
@@ -58,7 +58,7 @@ pub(super) fn rows(
         }
         Source::Column(_) => {
             let largest = preload_n.iter().fold(0.0, |a: f64, p| a.max(*p));
-            // beyond the geometry there is no load; the table must end before
+            // beyond the geometry there is no load, so the table must end before
             let limit = 0.999 * exact.preload_n(exact.load_limit_n());
             let range = (TABLE_RATIO * largest, limit);
             (within(&preload_n, range, |p| load(exact, p)), within(&preload_n, range, |p| film(exact, load(exact, p))))
@@ -84,17 +84,17 @@ pub(super) fn rows(
     Ok(Steady { drag_n, preload_n, load_per_ball_n, viscosity_cst, hersey, ..Steady::default() })
 }
 
-/// Load per ball of a preload, N; 0 of 0, NaN where the geometry has none.
+/// Load per ball for a preload, N; 0 at 0, NaN beyond the geometry.
 fn load(exact: &Exact, preload_n: f64) -> f64 {
     if preload_n == 0.0 { 0.0 } else { exact.load_of_preload(preload_n).unwrap_or(f64::NAN) }
 }
 
-/// `H/(ν V) = (u/V)/P` of a load per ball, 1/Pa.
+/// `H/(ν V) = (u/V)/P` for a load per ball, 1/Pa.
 fn film(exact: &Exact, q: f64) -> f64 {
     if q == 0.0 { 0.0 } else { exact.slip_ratio(q) / exact.pressure_pa(q) }
 }
 
-/// A function of a column, by table from `least` on.
+/// A function of a column, by table from `least` upwards.
 fn over(column: &[f64], least: f64, f: impl Fn(f64) -> f64 + Sync) -> Vec<f64> {
     within(column, (least, f64::INFINITY), f)
 }
@@ -114,7 +114,7 @@ fn within(column: &[f64], (least, most): (f64, f64), f: impl Fn(f64) -> f64 + Sy
             column.par_iter().with_min_len(ROWS_OF_A_THREAD).map(at).collect()
         }
         None => {
-            // few rows, one value, or nothing smooth: equal neighbours are still computed once
+            // few rows, one value, or not smooth: equal neighbours are still computed only once
             let mut last = (f64::NAN, f64::NAN);
             let each = |x: &f64| {
                 if last.0 != *x {

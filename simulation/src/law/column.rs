@@ -1,19 +1,20 @@
-//! What a column of simulated force tells of its own law.
+//! Responses of a column of simulated force to its program's own assumptions.
 //!
-//! A program that is known by its column alone had a viscosity and a preload, and both were assumed to within a
-//! tolerance. Friction by lubricated contacts depends on viscosity `η`, speed `V` and preload `Q` through the Hersey
-//! number `η V / p`, with Hertz's `p ~ Q^(1/3)`, and is otherwise proportional to the load:
+//! A program known only by its column assumed a viscosity and a preload, both within a tolerance. Friction of
+//! lubricated contacts depends on viscosity `η`, speed `V` and preload `Q` through the Hersey number `η V / p`, with
+//! Hertz's `p ~ Q^(1/3)`, and is otherwise proportional to the load:
 //!
 //! ```text
 //! dF/d ln η = dF/d ln V
 //! dF/d ln Q = F - (1/3) dF/d ln V
 //! ```
 //!
-//! That is the Hersey number with the speed of the carriage; with that of the slip in the contacts, which grow with the load, the
-//! third has the other sign, and a program with the one looks like one with the other and another viscosity.
+//! This holds for the Hersey number with the speed of the carriage. With the slip speed in the contacts, which grow
+//! with the load, the third has the opposite sign, and a program with one convention looks like one with the other and
+//! another viscosity.
 //!
-//! The curve over speed is that of the column itself, taken within one part of the profile, where the preload stays. What
-//! in a cell of speed goes with the acceleration is the inertia that the program has; neither gain moves it.
+//! The curve over speed is the column's own, taken within one part of the profile, where the preload is constant. What
+//! varies with the acceleration within a cell of speed is the program's inertia; neither factor scales it.
 
 use std::ops::Range;
 
@@ -21,24 +22,24 @@ use super::Factors;
 use crate::motion::Motion;
 use crate::run::Run;
 
-/// Share of a change of viscosity or preload by which the force of a law that is known by its column alone is off, where
-/// contacts are not Hertz's alone: with the angle of contact that a preload changes, for one.
+/// Error of a force known only by its column, as a share of its change with viscosity or preload, where contacts are
+/// not purely Hertzian: for example where preload changes the contact angle.
 pub const ERROR_OF_COLUMN: f64 = 0.05;
 
 /// Width of a cell of speed, in ln V.
 const CELL: f64 = 0.05;
 
-/// Cells to either side that a slope comes from.
+/// Cells to either side that a slope is fitted over.
 const REACH: usize = 4;
 
-/// Change of an acceleration within its window, of its largest, that is hardly one.
+/// Largest change of an acceleration within its window, as a share of its largest value, that counts as hardly any.
 const EVEN: f64 = 0.2;
 
-/// Share of what scatters within the cells of speed that must go with the acceleration to be an inertia.
+/// Least share of the scatter within cells of speed that must vary with the acceleration to be an inertia.
 const IS_INERTIA: f64 = 0.5;
 
 /// Force of the program, N, had it assumed another friction, preload and viscosity, and the inertia in it, N. Without a
-/// column of preload a change of it is none.
+/// `preload_n` column, changing the preload has no effect.
 pub(super) fn changed(
     run: &Run,
     force: &[f64],
@@ -68,10 +69,10 @@ pub(super) fn changed(
     (out, inertia)
 }
 
-/// Rows of a part, sorted by speed and gathered in cells of it.
+/// Rows of a part, sorted by speed and divided into cells of speed.
 struct Part {
     sorted: Vec<usize>,
-    /// First entry of `sorted` of every cell, and its end.
+    /// Index into `sorted` of every cell's first entry, and the end.
     bounds: Vec<usize>,
 }
 
@@ -97,7 +98,8 @@ impl Part {
     }
 }
 
-/// Rows around which the acceleration hardly changes: at the corners of a speed a derived one is none. All, where those are few.
+/// Rows around which the acceleration hardly changes: at corners of the speed a derived acceleration is wrong. All rows
+/// where those are few.
 fn is_even(motion: &Motion, run: &Run) -> Vec<bool> {
     let (a, reach) = (&motion.acceleration_m_s2, motion.acceleration_reach);
     let largest = a.iter().map(|a| a.abs()).filter(|a| a.is_finite()).fold(0.0, f64::max);
@@ -111,7 +113,7 @@ fn is_even(motion: &Motion, run: &Run) -> Vec<bool> {
     if 2 * count < even.len() { vec![true; even.len()] } else { even }
 }
 
-/// Mass whose inertia the column holds, kg.
+/// Mass whose inertia the column contains, kg.
 fn mass(parts: &[Part], (acceleration, direction): (&[f64], &[f64]), force: &[f64], even: &[bool]) -> f64 {
     let (mut aa, mut ay, mut yy) = (0.0, 0.0, 0.0);
     for cell in parts.iter().flat_map(Part::cells) {
@@ -148,13 +150,13 @@ impl Curve {
         Curve { points, slopes }
     }
 
-    /// Change over a step of ln V from a place in a cell: the mean of both ends' slopes is exact for a parabola.
+    /// Change over a step of ln V from a point in a cell: the mean of the slopes at both ends is exact for a parabola.
     fn step(&self, cell: usize, x: f64, step: f64) -> f64 {
         0.5 * (self.slope_at(cell, x) + self.slope_at(cell, x + step)) * step
     }
 
-    /// Slope at a place, between the two points around it; beyond the last of them it stays. The search for them starts at
-    /// a cell.
+    /// Slope at a point, interpolated between the two neighbouring cells and constant beyond the outermost; the search
+    /// for them starts at `cell`.
     fn slope_at(&self, cell: usize, x: f64) -> f64 {
         let mut below = cell;
         while below + 1 < self.points.len() && self.points[below + 1].0 <= x {
@@ -170,7 +172,7 @@ impl Curve {
     }
 }
 
-/// Slope of the parabola through the cells around one of them.
+/// Slope of the parabola through the cells around one.
 fn slope(points: &[(f64, f64)], at: usize) -> f64 {
     let around = &points[at.saturating_sub(REACH)..(at + REACH + 1).min(points.len())];
     let (x0, y0) = points[at];
@@ -232,8 +234,8 @@ mod tests {
         }
     }
 
-    /// The paper's own law, known by its column alone, at preloads of a decade: what is left of a change of its preload or
-    /// viscosity, over the change.
+    /// The paper's own law, known only by its column, at preloads over a decade: the error of a change of its preload
+    /// or viscosity, relative to the change.
     #[test]
     fn a_column_errs_by_a_few_hundredths_of_a_change() {
         let mut worst = 0.0f64;

@@ -5,13 +5,13 @@
 
 use std::f64::consts::PI;
 
-/// Coefficients of one segment.
+/// Coefficients per segment.
 const TERMS: usize = 8;
 
-/// Relative error between the nodes at which segments are not halved any more.
+/// Relative error between the nodes below which segments are not halved further.
 const TOLERANCE: f64 = 1e-11;
 
-/// Where the search for segments ends: a function that needs more is not smooth.
+/// Most segments: a function that needs more is not smooth.
 const MOST_SEGMENTS: usize = 1024;
 
 /// The table of one function.
@@ -35,7 +35,7 @@ impl Table {
             let segments: Vec<_> =
                 (0..count).map(|n| segment(from + (n as f64 + 0.5) * width, 0.5 * width, &f)).collect();
             let table = Table { from, to, per_unit: 1.0 / width, segments };
-            // 20 places a segment, none of them a node
+            // 20 points per segment, none of them a node
             let places = (0..20 * count).map(|n| from + (n as f64 + 0.5) * width / 20.0);
             let agrees = |x: f64| {
                 let want = f(x);
@@ -49,19 +49,19 @@ impl Table {
         None
     }
 
-    /// Whether a place lies in the table.
+    /// Whether a point lies in the table.
     pub(super) fn covers(&self, x: f64) -> bool {
         x >= self.from && x <= self.to
     }
 
-    /// The function at a place that [`Self::covers`]; NaN of NaN.
+    /// The function at a point that [`Self::covers`]; NaN for NaN.
     pub(super) fn at(&self, x: f64) -> f64 {
         let place = (x - self.from) * self.per_unit;
         let index = (place as usize).min(self.segments.len() - 1);
         let t = 2.0 * (place - index as f64) - 1.0;
         let [c0, c1, c2, c3, c4, c5, c6, c7] = self.segments[index];
         let t2 = t * t;
-        // in pairs: two chains instead of one
+        // in pairs: two short dependency chains instead of one
         (c0 + t2 * (c2 + t2 * (c4 + t2 * c6))) + t * (c1 + t2 * (c3 + t2 * (c5 + t2 * c7)))
     }
 }

@@ -1,4 +1,4 @@
-//! A mechanism with numbers: an entry of a simulation file that says more than its law.
+//! Added mechanisms: entries of a simulation file, each a mechanism with its numbers.
 
 use super::context::Context;
 use super::definition::Form;
@@ -28,8 +28,8 @@ impl Added {
         definition(self.id).forms.get(self.form)
     }
 
-    /// The force that it adds to the law's, N per row; `None` where the run cannot show it or the numbers are not those
-    /// of the form.
+    /// The force that it adds to the law's, N per row; `None` where the run cannot show it or the numbers do not match
+    /// the form.
     pub fn force_n(&self, context: &Context<'_>) -> Option<Vec<f64>> {
         let form = self.form()?;
         if self.shape.len() != form.shape.len() || self.amplitudes.len() != form.amplitudes.len() {
@@ -49,7 +49,7 @@ impl Added {
 impl Simulation {
     /// Force of the drive on the carriage, N per row: the law, the mechanisms and the curves of the file.
     ///
-    /// What the run cannot show adds nothing; [`Added::force_n`] and [`AddedCurve::force_n`] tell which.
+    /// What the run cannot show adds nothing; [`Added::force_n`] and [`AddedCurve::force_n`] return `None` for it.
     ///
     /// [`AddedCurve::force_n`]: crate::curve::AddedCurve::force_n
     ///

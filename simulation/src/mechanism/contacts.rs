@@ -1,11 +1,11 @@
-//! Friction inside the loaded contacts that the law's coefficient does not hold.
+//! Friction inside the loaded contacts that the law's coefficient does not cover.
 
 use super::context::Context;
 use super::definition::{Amplitude, Columns, Definition, Form, Kind};
 use super::id::Id;
 use super::{Positive, amplitude, at_most, ratio, shown, steps, whole};
 
-/// E5 to E7: `F ~ Q^(4/3)` to `Q^(5/3)`, hardly separable, hence one exponent.
+/// E5 to E7: `F ~ Q^(4/3)` to `Q^(5/3)`, hardly distinguishable, hence one exponent.
 pub(super) const HYSTERESIS_AND_SLIP: Definition = Definition {
     id: Id::HysteresisAndSlip,
     kind: Kind::Physics,
@@ -86,8 +86,8 @@ fn rolling(context: &Context<'_>, exponent: f64) -> Option<Columns> {
     shown(vec![context.against_motion(of)])
 }
 
-/// E9: the viscous term bends over, `x -> x_0 asinh(x/x_0)`. Far below `speed` only the onset shows, as the cube of the
-/// speed: the range goes on beyond the speeds of guides so that its end says nothing of the cause.
+/// E9: the viscous term saturates, `x -> x_0 asinh(x/x_0)`. Far below `speed` only the onset shows, as the cube of the
+/// speed: the range extends beyond the speeds of guides so that its end says nothing of the cause.
 pub(super) const TRACTION_SATURATION: Definition = Definition {
     id: Id::TractionSaturation,
     kind: Kind::Physics,
@@ -217,7 +217,7 @@ pub(super) const STARVATION: Definition = Definition {
     simplicity: 6,
 };
 
-/// Contacts that touch through the film, and the film that is left.
+/// Growth of dry contact through the film, and thinning of the film that is left.
 const STARVED: [Amplitude; 2] = [amplitude("growth", "", Positive, 0.1), amplitude("thinning", "", Positive, 0.1)];
 
 fn starved(context: &Context<'_>, length: f64, recovery: f64) -> Option<Columns> {
@@ -226,7 +226,7 @@ fn starved(context: &Context<'_>, length: f64, recovery: f64) -> Option<Columns>
     shown(vec![context.against_motion(|n| context.steady.drag_n[n] * dry[n]), context.rows(|n| -by_oil[n] * dry[n])])
 }
 
-/// How far the film has been used up, row by row: 0 fresh, 1 dry.
+/// Depletion of the film, row by row: 0 fresh, 1 dry.
 fn dryness(context: &Context<'_>, length: f64, recovery: f64) -> Vec<f64> {
     let mut dry = 0.0;
     (0..context.len())

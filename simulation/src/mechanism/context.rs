@@ -1,6 +1,6 @@
-//! All that a mechanism may depend on, row by row.
+//! Context: everything that a mechanism may depend on, row by row.
 //!
-//! Direction, travel and rests are taken from displacement over a window of a few hundredths of a second, so that the
+//! Direction, travel and rests come from the displacement over a window of a few hundredths of a second, so that the
 //! noise of an encoder at rest is neither motion nor a reversal. Distances telescope: they are differences of position
 //! since the last reversal, not sums of noisy steps.
 
@@ -17,8 +17,8 @@ use super::path::Path;
 /// Relative step of the central differences.
 const STEP: f64 = 1e-3;
 
-/// Time to either side of a row over which its speed along the path is taken, s: a count of an encoder is nothing over
-/// it, and a change of speed by a drive is still seen.
+/// Half window over which the speed along the path is taken, s: long enough for an encoder count to be negligible,
+/// short enough to show a drive's change of speed.
 const PATH_S: f64 = 0.1;
 
 /// Load per ball at about 3 kN of preload, N.
@@ -27,9 +27,9 @@ const USUAL_LOAD_N: f64 = 150.0;
 /// Step in the logarithm of the viscosity for the second derivative.
 const CURVATURE_STEP: f64 = 0.02;
 
-/// What repeats along a ball guide, m.
+/// Periodic dimensions of a ball guide, m.
 ///
-/// Without a guide it is that of the published block: the search for a wavelength starts there.
+/// Without a guide those of the published block, from which the search for a wavelength starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Geometry {
     /// Ball diameter.
@@ -65,19 +65,19 @@ impl Geometry {
     }
 }
 
-/// All that a mechanism may depend on, for one run. Every column has a value per row.
+/// Everything that a mechanism may depend on, for one run. Every column has a value per row.
 pub struct Context<'a> {
-    /// What was recorded.
+    /// The recording.
     pub run: &'a Run,
-    /// How it moved.
+    /// Its motion.
     pub motion: &'a Motion,
-    /// What the law says.
+    /// The law's values.
     pub steady: Steady,
     /// `dF/d ln(preload)`, signed, N; zeros for laws without a preload.
     pub by_preload_n: Vec<f64>,
     /// `dF/d ln(viscosity)`, signed, N; zeros for laws without a viscosity.
     pub by_viscosity_n: Vec<f64>,
-    /// Sign of motion; keeps its last value at rest, and takes the first one before it. -1 or 1.
+    /// Sign of motion, -1 or 1; keeps its last value at rest, and takes the next one before the first motion.
     pub direction: Vec<f64>,
     /// Distance travelled since the first row of the run, m.
     pub travel_m: Vec<f64>,
@@ -87,33 +87,34 @@ pub struct Context<'a> {
     pub dwell_s: Vec<f64>,
     /// Whether the carriage rests.
     pub at_rest: Vec<bool>,
-    /// What repeats along the guide.
+    /// Periodic dimensions of the guide.
     pub geometry: Geometry,
-    /// Part of the law's friction that is proportional to speed, N, without sign; of a column of force, what grows with it.
+    /// Part of the law's friction that is proportional to speed, N, unsigned; for a column of force, what grows with
+    /// speed.
     pub viscous_n: Vec<f64>,
     /// `d²F/d ln(viscosity)²`, signed, N; empty for laws without a viscosity.
     pub viscosity_curvature_n: Vec<f64>,
-    /// Whether the law has friction that falls with speed.
+    /// Whether the law's friction has a part that falls with speed.
     pub has_stribeck: bool,
     /// Whether the law's oil thins with the measured temperature.
     pub viscosity_follows_temperature: bool,
-    /// What the law says at the speed of the path instead of the recorded one, N; `None` where not both were recorded.
+    /// The law's force at the speed of the path instead of the recorded one, N; `None` unless both were recorded.
     pub at_path_speed_n: Option<Vec<f64>>,
-    /// Acceleration that follows from the recorded position, m/s², where the speed was recorded, too.
+    /// Acceleration derived from the recorded position, m/s², where the speed was recorded as well.
     pub path_acceleration_m_s2: Option<Vec<f64>>,
     /// Mass that the law accelerates, kg.
     pub moved_mass_kg: f64,
     /// Contacts and friction of a ball guide.
     pub(crate) exact: Option<Exact>,
-    /// Moves and turns.
+    /// Movements, turns and rests.
     pub(crate) path: Path,
 }
 
-/// Distance since a reversal that nobody saw, m.
+/// Distance since a reversal that was not recorded, m.
 pub const FAR_M: f64 = 1e3;
 
 impl<'a> Context<'a> {
-    /// Everything that follows from a run, its motion and the law.
+    /// Everything derived from a run, its motion and the law.
     ///
     /// # Errors
     /// [`Missing`] as [`Simulation::steady`].
@@ -198,9 +199,9 @@ impl<'a> Context<'a> {
         self.run.is_empty()
     }
 
-    /// Distance since the force that the law expects has changed its sign, m: that is where a coupling leaves one flank for
-    /// the other. Without inertia it is the distance since the last reversal; a mass that is slowed down changes the flank
-    /// before. [`FAR_M`] until then.
+    /// Distance since the force expected by the law last changed its sign, m: there a coupling moves from one flank to
+    /// the other. Without inertia this is the distance since the last reversal; a decelerated mass changes the flank
+    /// earlier. [`FAR_M`] until the first change.
     pub fn since_push_m(&self) -> Vec<f64> {
         let (mut sign, mut from) = (0.0, None);
         (0..self.len())
@@ -230,7 +231,7 @@ impl<'a> Context<'a> {
         (0..self.len()).map(of).collect()
     }
 
-    /// A column against the motion; 0 where the law sees none.
+    /// A column with the sign of a force against the motion; 0 where the law sees no motion.
     pub(crate) fn against_motion(&self, of: impl Fn(usize) -> f64) -> Vec<f64> {
         self.steady
             .direction
@@ -240,8 +241,8 @@ impl<'a> Context<'a> {
             .collect()
     }
 
-    /// Force that a relative change of the preload makes, N per 1, signed. Laws without a preload have friction in
-    /// proportion to load.
+    /// Change of force per relative change of the preload, N per 1, signed. For laws without a preload, friction counts
+    /// as proportional to load.
     pub(crate) fn by_load_n(&self) -> Vec<f64> {
         if self.steady.preload_n.is_empty() {
             return self.against_motion(|n| self.steady.drag_n[n]);
@@ -249,14 +250,14 @@ impl<'a> Context<'a> {
         self.by_preload_n.clone()
     }
 
-    /// Force that a change of the interference between balls and raceways makes, N, signed, per change that is 1 of the
-    /// preload at 150 N per ball.
+    /// Change of force per change of the interference between balls and raceways, N, signed; the unit is the change
+    /// that equals 1 of the preload at 150 N per ball.
     ///
     /// ```text
     /// Q ∝ D^1.5  ->  dlnF_p = 1.5·dD/D ∝ dD·Q^(-2/3)
     /// ```
     ///
-    /// A micrometre of the rail is a large part of a light preload and a small one of a heavy one.
+    /// A micrometre of the rail is a large share of a light preload and a small share of a heavy one.
     pub(crate) fn by_interference_n(&self) -> Vec<f64> {
         let mut force = self.by_load_n();
         for (n, force) in force.iter_mut().enumerate() {
@@ -266,7 +267,7 @@ impl<'a> Context<'a> {
         force
     }
 
-    /// `dF/d ln V` of the friction, signed, N: speed and viscosity enter it by their product. `None` where no part of the law
+    /// `dF/d ln V` of the friction, signed, N: speed and viscosity enter as a product. `None` where no part of the law
     /// is known to grow with either.
     pub(crate) fn by_speed_n(&self) -> Option<Vec<f64>> {
         if !self.steady.viscosity_cst.is_empty() || self.by_viscosity_n.iter().any(|x| *x != 0.0) {
@@ -275,13 +276,13 @@ impl<'a> Context<'a> {
         self.viscous_n.iter().any(|x| *x != 0.0).then(|| self.against_motion(|n| self.viscous_n[n]))
     }
 
-    /// Force that a relative change of the viscosity makes, N per 1, signed. Of laws without a viscosity it is the
-    /// friction that grows with speed, or all of it where no part is known to.
+    /// Change of force per relative change of the viscosity, N per 1, signed. For laws without a viscosity it is the
+    /// friction that grows with speed, or all friction where no part is known to.
     pub(crate) fn by_oil_n(&self) -> Vec<f64> {
         self.by_speed_n().unwrap_or_else(|| self.against_motion(|n| self.steady.drag_n[n]))
     }
 
-    /// What the law says where the logarithm of the viscosity is larger by this in every row, less what it says, signed, N.
+    /// Change of the law's force when the logarithm of the viscosity rises by `logs`, row by row, signed, N.
     pub(crate) fn thinned_n(&self, logs: &[f64]) -> Vec<f64> {
         let Some(friction) = self.exact.as_ref().map(Exact::friction) else {
             let (force, bend) = (self.by_oil_n(), &self.viscosity_curvature_n);
@@ -294,7 +295,7 @@ impl<'a> Context<'a> {
         })
     }
 
-    /// Friction of contacts that touch, N, signed: in proportion to the load; of laws without it, all friction.
+    /// Friction of touching contacts, N, signed, proportional to the load; for laws without such a part, all friction.
     pub(crate) fn dry_n(&self) -> Vec<f64> {
         let Some(friction) = self.exact.as_ref().map(Exact::friction) else {
             return self.against_motion(|n| self.steady.drag_n[n]);
@@ -303,31 +304,31 @@ impl<'a> Context<'a> {
         self.against_motion(|n| self.geometry.loaded_balls * friction.mu_coulomb * q[n])
     }
 
-    /// Load per ball over 150 N (that of 3 kN of preload, roughly); 1 for laws without a preload.
+    /// Load per ball relative to 150 N (roughly that of 3 kN of preload); 1 for laws without a preload.
     pub(crate) fn relative_load(&self, row: usize) -> f64 {
         self.steady.load_per_ball_n.get(row).map_or(1.0, |q| q / USUAL_LOAD_N)
     }
 
-    /// Share of the step to a row at which the motion turns; `None` where it goes on, or comes from rest.
+    /// Share of the step to a row at which the motion reverses; `None` where it continues, or starts from rest.
     ///
     /// ```text
     /// θ = V[n-1]/(V[n-1] - V[n]), the speed being straight between two rows
     /// ```
     ///
-    /// A friction jumps there, and is not straight between the rows.
+    /// Friction jumps there, and is not linear between the rows.
     pub(crate) fn turn(&self, row: usize) -> Option<f64> {
         let before = row.checked_sub(1).filter(|_| !self.path.starts[row])?;
         let (before, after) = (self.motion.velocity_m_s[before], self.motion.velocity_m_s[row]);
         (before * after < 0.0).then(|| before / (before - after))
     }
 
-    /// Time since the row before, s; 0 where a clock jumped back.
+    /// Time since the previous row, s; 0 where a clock jumped back.
     pub(crate) fn step_s(&self, row: usize) -> f64 {
         if row == 0 { 0.0 } else { (self.run.time_s[row] - self.run.time_s[row - 1]).max(0.0) }
     }
 }
 
-/// Central difference; on one side where the other lies beyond the contact's geometry.
+/// Central difference; one-sided where the other side lies beyond the contact's geometry.
 fn slope(up: &[f64], here: &[f64], down: &[f64]) -> Vec<f64> {
     let of = |((up, here), down): ((&f64, &f64), &f64)| {
         let central = (up - down) / (2.0 * STEP);
@@ -358,7 +359,7 @@ pub(crate) fn filled(column: Option<&Vec<f64>>) -> Option<Vec<f64>> {
     Some(column)
 }
 
-/// A column with whatever is not finite replaced by the value before it: what a filter is fed.
+/// A column with non-finite values replaced by the previous value: input of a filter.
 pub(crate) fn held(column: &[f64]) -> Vec<f64> {
     let mut last = column.iter().copied().find(|x| x.is_finite()).unwrap_or(0.0);
     let hold = |x: &f64| {

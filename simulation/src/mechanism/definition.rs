@@ -1,4 +1,4 @@
-//! What the library says of a mechanism.
+//! Definition of a mechanism in the library.
 
 use super::context::Context;
 use super::id::Id;
@@ -6,12 +6,12 @@ use super::id::Id;
 /// One column per amplitude, each with a value per row of the run.
 pub type Columns = Vec<Vec<f64>>;
 
-/// What a mechanism belongs to.
+/// Origin of a mechanism.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Something that happens in the machine.
+    /// An effect in the machine.
     Physics,
-    /// Something that the measurement does.
+    /// An effect of the measurement.
     Sensor,
 }
 
@@ -37,7 +37,7 @@ pub enum Sign {
 }
 
 impl Sign {
-    /// Whether a number has it.
+    /// Whether a number has this sign.
     pub fn allows(self, x: f64) -> bool {
         match self {
             Sign::Positive => x >= 0.0,
@@ -56,60 +56,61 @@ pub struct Amplitude {
     pub unit: &'static str,
     /// Its sign.
     pub sign: Sign,
-    /// A size that would not surprise, for examples and tests; nothing is penalised by it.
+    /// A plausible magnitude, for examples and tests; nothing is penalised by it.
     pub typical: f64,
-    /// The smallest size that means anything, sign aside: a channel that is late is so as a whole.
+    /// Least meaningful magnitude: for example, a late channel is late as a whole.
     pub least: f64,
-    /// The largest size that means anything: a part of a whole is at most the whole.
+    /// Largest meaningful magnitude: for example, a part is at most the whole.
     pub most: f64,
 }
 
-/// How the values of a shape parameter are searched.
+/// Search method for a shape parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Search {
-    /// On a grid of equal steps or ratios first, then around the best of it.
+    /// On a grid of equal steps or ratios first, then around its best point.
     Grid,
-    /// The same, the finer the closer to 0, which lies in the middle: `value = end·u³`, equal steps of u from -1 to 1.
+    /// The same on both sides of 0, finer near 0: `value = end·u³` with equal steps of u from -1 to 1.
     EitherSide,
     /// A place along the rail: as [`Self::Grid`], over the recorded stroke.
     Place,
-    /// As [`Self::Grid`] up to twice the recorded stroke: a longer wave is a slope.
+    /// As [`Self::Grid`], up to twice the recorded stroke: a longer wave is a slope.
     AlongStroke,
-    /// The same up to twice the recorded travel: a longer decay is a constant, and a seal's friction its simpler name.
+    /// As [`Self::Grid`], up to twice the recorded travel: a longer decay is a constant, for which seal friction is the
+    /// simpler name.
     AlongTravel,
-    /// The same from the travel on at which the force arrives after a reversal: beside play of the coupling, what is over
-    /// before that is not seen.
+    /// As [`Self::Grid`], from the travel on at which the force arrives after a reversal: with play of the coupling,
+    /// shorter effects are not seen.
     SinceTurn,
-    /// The length of a wave along the rail: far more values differ than a grid could hold, and a spectrum over the
-    /// position tells all of them at once.
+    /// Wavelength along the rail: too many distinguishable values for a grid, but a spectrum over position examines
+    /// them all at once.
     Wave,
-    /// Not at all: the lower end of the stroke that was recorded.
+    /// Not searched: lower end of the recorded stroke.
     StrokeStart,
-    /// Not at all: its upper end.
+    /// Not searched: upper end of the recorded stroke.
     StrokeEnd,
 }
 
-/// A number that the force depends on otherwise.
+/// A number on which the force depends nonlinearly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeParameter {
     /// Name in reports and files, unit included.
     pub name: &'static str,
     /// Unit; empty for a number without one.
     pub unit: &'static str,
-    /// Least value that is searched.
+    /// Least value searched.
     pub from: f64,
-    /// Greatest value that is searched.
+    /// Largest value searched.
     pub to: f64,
     /// Whether the grid has equal ratios instead of equal steps.
     pub log: bool,
-    /// Number of values that a first look needs.
+    /// Number of grid points for a first look.
     pub grid: usize,
-    /// How it is searched.
+    /// Search method.
     pub search: Search,
 }
 
 impl ShapeParameter {
-    /// Where a value lies between the ends: 0 at the least, 1 at the greatest.
+    /// Position of a value within the range: 0 at the least, 1 at the largest value.
     #[must_use]
     pub fn share_of(&self, value: f64) -> f64 {
         if self.log {
@@ -121,7 +122,7 @@ impl ShapeParameter {
         }
     }
 
-    /// The value that lies there.
+    /// The value at such a position.
     #[must_use]
     pub fn at(&self, share: f64) -> f64 {
         if self.log {
@@ -141,9 +142,9 @@ impl ShapeParameter {
 pub struct Form {
     /// Name in reports and files.
     pub name: &'static str,
-    /// What the columns depend on, in the order that [`Self::columns`] takes them.
+    /// Shape parameters on which the columns depend, in the order of [`Self::columns`].
     pub shape: &'static [ShapeParameter],
-    /// What the columns are multiplied by, in their order.
+    /// Amplitudes that multiply the columns, in their order.
     pub amplitudes: &'static [Amplitude],
     /// The columns over the rows of a run, finite wherever the law's force is; `None` where this run cannot show the
     /// form: a column is missing, nothing rests or reverses, a place is not reached, or there are not as many numbers
@@ -157,7 +158,7 @@ pub struct Form {
 }
 
 impl Form {
-    /// Whether it changes every preload by the same share, and so is another form only over several preloads.
+    /// Whether it changes every preload by the same share, which differs from other forms only over several preloads.
     pub fn is_of_share(&self) -> bool {
         self.name.starts_with("share")
     }
@@ -168,20 +169,20 @@ impl Form {
 pub struct Definition {
     /// Which one.
     pub id: Id,
-    /// What it belongs to.
+    /// Physics or sensor.
     pub kind: Kind,
     /// Its forms; the first is the one with the fewest numbers.
     pub forms: &'static [Form],
-    /// Axis of a report's `where` on which it shows first.
+    /// Axis of a report's `where` on which it shows best.
     pub axis: &'static str,
-    /// What is claimed when it is named, in one plain sentence.
+    /// The claim made by naming it, in one plain sentence.
     pub statement: &'static str,
-    /// What would prove the claim wrong.
+    /// Observation that would refute the claim.
     pub falsifier: &'static str,
-    /// What it is easily taken for, and what breaks the tie.
+    /// Mechanisms easily confused with it, and what distinguishes them.
     pub confused_with: &'static str,
-    /// Code of the run that settles it best.
+    /// Code of the run that best settles it.
     pub next_experiment: &'static str,
-    /// The lower of two that a recording cannot tell apart is named.
+    /// Rank among mechanisms that a recording cannot tell apart: the lowest is named.
     pub simplicity: u8,
 }

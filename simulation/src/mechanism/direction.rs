@@ -1,4 +1,4 @@
-//! What differs between the directions.
+//! Differences between the directions of motion.
 
 use super::definition::{Definition, Form, Kind};
 use super::id::Id;

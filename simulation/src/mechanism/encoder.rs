@@ -1,4 +1,4 @@
-//! What coupling and encoder do to position and speed.
+//! Effects of coupling and encoder on position and speed.
 
 use super::context::Context;
 use super::definition::{Columns, Definition, Form, Kind};
@@ -51,7 +51,7 @@ fn play(context: &Context<'_>, gap: f64, closing: f64) -> Option<Columns> {
     ])
 }
 
-/// S9: the law is evaluated at a speed that is not the carriage's.
+/// S9: the law is evaluated at a speed that differs from the carriage's.
 pub(super) const SPEED_NOISE: Definition = Definition {
     id: Id::SpeedNoise,
     kind: Kind::Sensor,
@@ -94,14 +94,15 @@ pub(super) const SPEED_NOISE: Definition = Definition {
     simplicity: 5,
 };
 
-/// `-d²F/dV²/2`, from the derivatives by the logarithm of the viscosity: it enters the law with the speed only.
+/// `-d²F/dV²/2`, from derivatives with respect to the logarithm of the viscosity, which enters the law only through its
+/// product with speed.
 fn curvature(context: &Context<'_>) -> Vec<f64> {
     if context.viscosity_curvature_n.is_empty() {
         return vec![0.0; context.len()];
     }
     let of = |n: usize| {
         let v = context.motion.velocity_m_s[n];
-        // F itself is rounded at 1e-11: at less speed than this the difference is nothing else
+        // F itself is rounded at 1e-11: below this speed the difference is nothing but rounding
         if context.steady.direction[n] == 0.0 || v.abs() < 1e-4 {
             return 0.0;
         }
@@ -184,7 +185,7 @@ fn cyclic(context: &Context<'_>, period: f64) -> Option<Columns> {
     shown(context.waves(&context.by_speed_n()?, period, 1))
 }
 
-/// What the law makes of a micrometre of error in the position.
+/// Change of the law's force by a micrometre of position error.
 ///
 /// ```text
 /// F = -(dF_law/dV·δV + M·δa)

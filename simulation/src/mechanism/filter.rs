@@ -1,4 +1,5 @@
-//! Linear filters over the rows of a run, exact for an input that is straight between two rows, or jumps there once.
+//! Linear filters over the rows of a run, exact for an input that is linear between two rows, or jumps once between
+//! them.
 
 use super::context::{Context, held};
 
@@ -7,7 +8,8 @@ pub(super) fn lag(context: &Context<'_>, input: &[f64], time_s: f64) -> Vec<f64>
     lag_across(context, input, time_s, |_| None)
 }
 
-/// The same of a force that jumps where the motion turns, and stays on either side of that between two rows.
+/// The same for a force that jumps where the motion reverses, and is constant on either side of the jump between two
+/// rows.
 pub(super) fn lag_of_force(context: &Context<'_>, input: &[f64], time_s: f64) -> Vec<f64> {
     lag_across(context, input, time_s, |n| context.turn(n))
 }
@@ -29,7 +31,7 @@ fn lag_across(context: &Context<'_>, input: &[f64], time_s: f64, jump: impl Fn(u
                 let at_jump = before + (y - before) * libm::exp(-share * dt / time_s);
                 y = u + (at_jump - u) * libm::exp(-(1.0 - share) * dt / time_s);
             } else {
-                // the ramp is followed τ·slope behind
+                // the output follows a ramp with a lag of τ·slope
                 let behind = (u - before) / dt * time_s;
                 y = u - behind + (y - before + behind) * decay;
             }
@@ -59,7 +61,7 @@ pub(super) fn oscillator(context: &Context<'_>, input: &[f64], frequency_hz: f64
                 (sin, cos) = libm::sincos(damped * dt);
             }
             let slope = (u - before) / dt;
-            // the ramp is followed 2ζ·slope/ω behind; what is left swings freely
+            // the output follows a ramp with a lag of 2ζ·slope/ω; the remainder oscillates freely
             let behind = 2.0 * damping * slope / omega;
             let (e, v) = (y - before + behind, speed - slope);
             y = u - behind + decay * (e * cos + (v + sigma * e) / damped * sin);
@@ -71,7 +73,7 @@ pub(super) fn oscillator(context: &Context<'_>, input: &[f64], frequency_hz: f64
     input.iter().enumerate().map(step).collect()
 }
 
-/// Whether two steps of time are the same but for the rounding of time stamps.
+/// Whether two time steps are equal within the rounding of time stamps.
 fn same(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-6 * a
 }

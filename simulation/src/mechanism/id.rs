@@ -1,4 +1,4 @@
-//! The names of mechanisms, as reports and files have them.
+//! Names of mechanisms, as in reports and files.
 
 use std::fmt;
 

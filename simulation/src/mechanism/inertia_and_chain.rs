@@ -33,7 +33,7 @@ pub(super) const INERTIA: Definition = Definition {
     simplicity: 1,
 };
 
-/// E22: constant drag of the links, and their weight that the carriage lifts more of as it goes.
+/// E22: constant drag of the links, and their weight, of which the carriage lifts more as it moves.
 pub(super) const CABLE_CHAIN: Definition = Definition {
     id: Id::CableChain,
     kind: Kind::Physics,
@@ -163,7 +163,8 @@ pub(super) const CABLE_CHAIN: Definition = Definition {
     simplicity: 4,
 };
 
-/// Distance from the middle of a stroke, and its square less what that is on the average of the stroke; `None` without a position.
+/// Distance from the middle of a stroke, and its square less the square's mean over the stroke; `None` without a
+/// position.
 fn about_the_middle(context: &Context<'_>, from: f64, to: f64) -> Option<[Vec<f64>; 2]> {
     let (middle, mean_square) = (0.5 * (from + to), (to - from) * (to - from) / 12.0);
     let u = context.rows(|n| context.motion.position_m[n] - middle);

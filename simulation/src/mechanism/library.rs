@@ -12,9 +12,9 @@ pub fn library() -> &'static [Definition] {
     LIBRARY
 }
 
-/// What the library says of a mechanism.
+/// Definition of a mechanism.
 pub fn definition(id: Id) -> &'static Definition {
-    // every id has its definition at its own place, see below
+    // every id has its definition at its own index, see below
     &LIBRARY[id as usize]
 }
 

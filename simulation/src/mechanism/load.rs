@@ -5,8 +5,8 @@ use super::definition::{Definition, Form, Kind};
 use super::id::Id;
 use super::{Free, Positive, at_most, shown, steps};
 
-/// E13: a load W moves the two halves of the preloaded contacts apart,
-/// `(1+t)^1.5 - (1-t)^1.5 = W/F_p`; beyond `W = 2√2 F_p` one half is free.
+/// E13: a load W loads one half of the preloaded contacts and relieves the other, `(1+t)^1.5 - (1-t)^1.5 = W/F_p`;
+/// beyond `W = 2√2 F_p` one half is unloaded.
 pub(super) const EXTERNAL_LOAD: Definition = Definition {
     id: Id::ExternalLoad,
     kind: Kind::Physics,
@@ -48,11 +48,11 @@ pub(super) const EXTERNAL_LOAD: Definition = Definition {
     simplicity: 2,
 };
 
-/// Power of the load that no friction goes beyond: where next to nothing is left of a column of force, its slope over it is
-/// none.
+/// Largest exponent of the load that any friction has: where a column of force is nearly 0, its slope relative to it is
+/// meaningless.
 const STEEPEST: f64 = 4.0;
 
-/// What two halves of the contacts at their own loads make, more than both at the law's.
+/// Change of friction by two halves of the contacts at their own loads, relative to both at the law's load.
 ///
 /// ```text
 /// F_law·(r+·μ(H(r+·Q)) + r-·μ(H(r-·Q)) - 2μ(H))/2μ(H),   r± = (1 ± t)^1.5
@@ -79,7 +79,7 @@ fn symmetric(context: &Context<'_>) -> Option<Vec<f64>> {
         let of_half = |load: f64| match &context.exact {
             _ if load <= 0.0 => 0.0,
             Some(exact) => {
-                // beyond its geometry a contact has no other film than at the end of it
+                // beyond its geometry a contact is given the film at its limit
                 let (own, most_n) = (context.steady.load_per_ball_n[n], exact.load_limit_n());
                 let film = |load_n: f64| exact.hersey(load_n.min(0.99 * most_n), 1.0, 1.0);
                 let (hersey, friction) = (context.steady.hersey[n], exact.friction());
@@ -92,13 +92,14 @@ fn symmetric(context: &Context<'_>) -> Option<Vec<f64>> {
     Some(column)
 }
 
-/// Loads of the two halves, of that without an external load: `(1+t)^1.5` and `(1-t)^1.5` of the t that belongs to `W/F_p`.
+/// Loads of the two halves relative to the load without W: `(1+t)^1.5` and `(1-t)^1.5`, with the t that belongs to
+/// `W/F_p`.
 fn halves(ratio: f64) -> [f64; 2] {
     let decompressed = 2.0 * std::f64::consts::SQRT_2;
     if ratio >= decompressed {
         return [ratio, 0.0];
     }
-    // W/F_p = 3t - t³/8 ..., concave in t: Newton from below closes in from one side
+    // W/F_p = 3t - t³/8 ..., concave in t: Newton's iteration from below converges monotonically
     let mut t = ratio / 3.0;
     for _ in 0..20 {
         let (up, down) = (libm::sqrt(1.0 + t), libm::sqrt((1.0 - t).max(0.0)));
@@ -113,11 +114,11 @@ fn halves(ratio: f64) -> [f64; 2] {
     [1.0 + t, 1.0 - t].map(|deflection| deflection * libm::sqrt(deflection.max(0.0)))
 }
 
-/// Rise of the preload at 100 N of drag that no lever explains: 3/8 (θ y/D_0)² for a drive half a metre above the rail of
-/// the published block.
+/// Largest relative rise of the preload at 100 N of drag: no lever explains more. It is 3/8 (θ y/D_0)² for a drive half
+/// a metre above the rail of the published block.
 const MOST_BY_MOMENT: f64 = 0.13;
 
-/// E14: a moment tilts the block; the sum of its loads grows with the square.
+/// E14: a moment tilts the block; the sum of its ball loads grows with the square of the moment.
 pub(super) const MOMENT_LOAD: Definition = Definition {
     id: Id::MomentLoad,
     kind: Kind::Physics,
@@ -155,8 +156,8 @@ pub(super) const MOMENT_LOAD: Definition = Definition {
     simplicity: 6,
 };
 
-/// Powers of the load per ball by which the rise falls: where the block's own contacts hold it against the moment, and where
-/// the angle is that of what they stand on.
+/// Exponents by which the rise falls with the load per ball: where the block's own contacts resist the moment, and
+/// where the compliance of their mount determines the tilt.
 ///
 /// ```text
 /// own contacts    tilt ∝ moment·Q^(-1/3), interference D ∝ Q^(2/3)  ->  (tilt/D)² ∝ moment²·Q^-2

@@ -1,15 +1,15 @@
-//! The physics that a simulation may have left out, and what a measurement does to look like it.
+//! Mechanisms: physics that a simulation may have left out, and measurement effects that look like it.
 //!
 //! ```text
 //! id          their names
-//! definition  what the library says of each: forms, equations, what would prove it wrong
+//! definition  definition of each: forms, equations, what would refute it
 //! context     what a mechanism may depend on, row by row
-//! library     all of them; one file a family beside it
+//! library     all of them; one file per family beside it
 //! added       a mechanism with numbers
 //! ```
 //!
-//! Every form is `F = Σ amplitude·column(shape)`: linear in its amplitudes, so that a fit has to search the few shape
-//! parameters only. What changes the preload or the oil acts through the law's own derivative: one number for all
+//! Every form is `F = Σ amplitude·column(shape)`: linear in its amplitudes, so that a fit only has to search the few
+//! shape parameters. What changes the preload or the oil acts through the law's own derivative, with one number for all
 //! speeds and loads. `docs/mechanisms.md` lists them.
 
 mod added;
@@ -49,22 +49,22 @@ const fn amplitude(name: &'static str, unit: &'static str, sign: Sign, typical: 
     Amplitude { name, unit, sign, typical, least: 0.0, most: f64::INFINITY }
 }
 
-/// The part of a whole: at most all of it, give or take what the law does not know of the whole.
+/// A share of a whole: at most all of it, with 30 % allowance for what the law does not know of the whole.
 const fn part(name: &'static str, typical: f64) -> Amplitude {
     Amplitude { name, unit: "", sign: Positive, typical, least: 0.0, most: 1.3 }
 }
 
-/// An amplitude that no machine exceeds.
+/// An amplitude with a limit that no machine exceeds.
 const fn at_most(name: &'static str, unit: &'static str, sign: Sign, typical: f64, most: f64) -> Amplitude {
     Amplitude { name, unit, sign, typical, least: 0.0, most }
 }
 
-/// A part that is the whole, give or take `slack` for what the law does not know of it.
+/// A share that is the whole, within `slack` for what the law does not know of it.
 const fn whole(name: &'static str, slack: f64) -> Amplitude {
     Amplitude { name, unit: "", sign: Positive, typical: 1.0, least: 1.0 - slack, most: 1.0 + slack }
 }
 
-/// Both ends of the stroke that was recorded.
+/// Both ends of the recorded stroke.
 const STROKE: [ShapeParameter; 2] = [
     ShapeParameter { name: "from_m", unit: "m", from: -1e3, to: 1e3, log: false, grid: 2, search: Search::StrokeStart },
     ShapeParameter { name: "to_m", unit: "m", from: -1e3, to: 1e3, log: false, grid: 2, search: Search::StrokeEnd },
@@ -79,17 +79,17 @@ const fn ratio(name: &'static str, unit: &'static str, from: f64, to: f64, grid:
 const PLACE: ShapeParameter =
     ShapeParameter { name: "place_m", unit: "m", from: -1e3, to: 1e3, log: false, grid: 40_001, search: Search::Place };
 
-/// A length of the rail that a stroke must show half of.
+/// A length along the rail; the stroke must show at least half of it.
 const fn along_stroke(name: &'static str, from: f64, to: f64, grid: usize) -> ShapeParameter {
     ShapeParameter { name, unit: "m", from, to, log: true, grid, search: Search::AlongStroke }
 }
 
-/// A distance run that a recording must show half of.
+/// A distance of travel; the recording must show at least half of it.
 const fn along_travel(name: &'static str, from: f64, to: f64, grid: usize) -> ShapeParameter {
     ShapeParameter { name, unit: "m", from, to, log: true, grid, search: Search::AlongTravel }
 }
 
-/// A distance from a reversal on, which play of the coupling may hide.
+/// A distance since a reversal, which play of the coupling may hide.
 const fn since_turn(name: &'static str, from: f64, to: f64, grid: usize) -> ShapeParameter {
     ShapeParameter { name, unit: "m", from, to, log: true, grid, search: Search::SinceTurn }
 }
@@ -104,7 +104,7 @@ const fn steps(name: &'static str, unit: &'static str, from: f64, to: f64, grid:
     ShapeParameter { name, unit, from, to, log: false, grid, search: Search::Grid }
 }
 
-/// A shape parameter of either sign, on a grid that is the finer the closer to 0; `grid` is even, so that 0 is not on it.
+/// A shape parameter of either sign, on a grid that is finer near 0; `grid` is even, so that 0 is not on it.
 const fn either_side(name: &'static str, unit: &'static str, to: f64, grid: usize) -> ShapeParameter {
     ShapeParameter { name, unit, from: -to, to, log: false, grid, search: Search::EitherSide }
 }

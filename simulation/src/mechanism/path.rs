@@ -1,11 +1,11 @@
-//! Where the carriage moved, turned and rested.
+//! Path: movements, turns and rests of the carriage.
 
 use crate::motion::Motion;
 use crate::run::Run;
 
 use super::context::FAR_M;
 
-/// Time over which a mean place is taken, s: two of them, one after the other, tell motion from rest.
+/// Averaging time of a mean position, s: two consecutive means tell motion from rest.
 const WINDOW_S: f64 = 0.02;
 
 /// Shortest stop that counts as a rest, s.
@@ -63,8 +63,8 @@ impl Path {
             return travelled;
         }
         let (x, time) = (&motion.position_m, &run.time_s);
-        // the means of the rows before and after differ by the displacement over half the window, far less noisily than
-        // two rows; near the ends of the part the window stays inside
+        // the means of the rows before and after differ by the displacement over half the window, with far less noise
+        // than two single rows; near the ends of the part the window stays inside it
         let mut sums = Vec::with_capacity(rows.len() + 1);
         sums.push(0.0);
         for n in rows.clone() {
@@ -73,7 +73,7 @@ impl Path {
         let reach = reach.min((rows.len() - 1) / 2);
         let window_s = 2.0 * reach as f64 * (time[rows.end - 1] - time[rows.start]) / rows.len() as f64;
         let sign = |n: usize| {
-            // both means have the row itself: they lie alike around it
+            // both means include the row itself, so they lie symmetrically around it
             let middle = (n - rows.start).clamp(reach, (rows.len() - 1 - reach).max(reach));
             let (from, to) = (middle - reach, (middle + reach + 1).min(rows.len()));
             let mean = |a: usize, b: usize| (sums[b] - sums[a]) / (b - a).max(1) as f64;
@@ -86,7 +86,7 @@ impl Path {
         let sets_out = sets_out(run, motion, rows.start);
         let moving = sign(rows.start) != 0.0 && !sets_out;
         let mut direction = first;
-        // place of the last start; unknown where the part starts in motion
+        // position of the last start; unknown where the part starts in motion
         let mut start: Option<f64> = (!moving).then(|| x[rows.start]);
         let mut dwell = 0.0;
         let mut resting: Option<f64> = (!moving).then(|| time[rows.start]);
@@ -100,7 +100,7 @@ impl Path {
                 resting.get_or_insert(time[n]);
                 furthest = if direction * (x[n] - furthest) > 0.0 { x[n] } else { furthest };
             } else {
-                // motion before and after the rest is seen one window early and late
+                // the window shows motion before and after the rest one window too long
                 let rested = resting.take().map_or(0.0, |from| time[n] - from + window_s);
                 let turned = now != direction;
                 if turned {
@@ -129,8 +129,8 @@ impl Path {
     }
 }
 
-/// Whether the carriage sets out from rest in a row: it would have stood still within a row before. Means over a window see
-/// motion there.
+/// Whether the carriage starts from rest in a row: extrapolated back by one row, it would have stood still. Means over
+/// a window already see motion there.
 fn sets_out(run: &Run, motion: &Motion, row: usize) -> bool {
     let (speed, gain) = (motion.velocity_m_s[row], motion.acceleration_m_s2[row] * run.step_s());
     speed.abs() <= gain.abs()

@@ -1,11 +1,12 @@
-//! What repeats along the stroke: balls and drives.
+//! Periodic effects along the stroke: balls and drives.
 
 use super::context::Context;
 use super::definition::{Columns, Definition, Form, Kind};
 use super::id::Id;
 use super::{Free, amplitude, shown, wave};
 
-/// E30 to E33: balls enter the loaded zone once per two pitches of carriage travel, for they move at half its speed.
+/// E30 to E33: balls enter the loaded zone once per two pitches of carriage travel, because they move at half its
+/// speed.
 pub(super) const BALL_PASS: Definition = Definition {
     id: Id::BallPass,
     kind: Kind::Physics,

@@ -1,7 +1,7 @@
-//! Friction that remembers reversals and rests.
+//! Friction with a memory of reversals and rests.
 //!
-//! State is the part z of the full friction that a contact holds, from -1 to 1. It follows displacement, not time, and
-//! keeps what an unfinished stroke has left in it.
+//! The state z is the share of the full friction that a contact carries, from -1 to 1. It follows displacement, not
+//! time, and keeps what an unfinished stroke has left in it.
 
 use super::context::Context;
 use super::definition::{Columns, Definition, Form, Kind};
@@ -9,10 +9,10 @@ use super::filter::lag;
 use super::id::Id;
 use super::{Positive, amplitude, part, ratio, shown, since_turn, whole};
 
-/// Lengths of the slip elements over the longest one, which gives way last.
+/// Lengths of the slip elements relative to the longest, which yields last.
 const ELEMENTS: [f64; 4] = [0.1, 0.3, 0.6, 1.0];
 
-/// E34: Dahl's `dz/dx = (1 - z·sign(dx))/length`; the richer form has four Maxwell elements that give way one by one.
+/// E34: Dahl's `dz/dx = (1 - z·sign(dx))/length`; the richer form has four Maxwell elements that yield one by one.
 pub(super) const PRESLIDING: Definition = Definition {
     id: Id::Presliding,
     kind: Kind::Physics,
@@ -60,7 +60,7 @@ pub(super) const PRESLIDING: Definition = Definition {
     simplicity: 3,
 };
 
-/// `drag·(z - sign(V))` for states that follow `of(z, step)` along the motion; both signs are the motion's own.
+/// `drag·(z - sign(V))` for states updated by `of(z, step)` along the motion; both signs relative to the motion.
 fn held_back(context: &Context<'_>, of: &[&dyn Fn(f64, f64) -> f64]) -> Option<Columns> {
     let path = &context.path;
     let turns = (0..context.len()).any(|n| !path.starts[n] && path.direction[n] != path.direction[n.saturating_sub(1)]);
@@ -75,10 +75,10 @@ fn held_back(context: &Context<'_>, of: &[&dyn Fn(f64, f64) -> f64]) -> Option<C
     shown(of.iter().map(column).collect())
 }
 
-/// State that follows `of(z, step)` along the motion, row by row, with the sign of the motion that made it.
+/// State updated by `of(z, step)` along the motion, row by row, with the sign of the motion that caused it.
 pub(super) fn held_state(context: &Context<'_>, of: &dyn Fn(f64, f64) -> f64) -> Vec<f64> {
     let path = &context.path;
-    // along the present direction
+    // relative to the present direction
     let mut z = 1.0;
     let mut before = 1.0;
     let next = |n: usize| {
@@ -95,7 +95,7 @@ pub(super) fn held_state(context: &Context<'_>, of: &dyn Fn(f64, f64) -> f64) ->
     (0..context.len()).map(next).collect()
 }
 
-/// E36: friction that has grown in a rest and is gone after some travel.
+/// E36: friction that has grown during a rest and vanishes after some travel.
 pub(super) const BREAKAWAY_DWELL: Definition = Definition {
     id: Id::BreakawayDwell,
     kind: Kind::Physics,
@@ -164,7 +164,7 @@ fn rested(
     shown(vec![column])
 }
 
-/// E35: the magnitude of the friction follows a change of speed late; its sign does not.
+/// E35: the magnitude of the friction lags behind a change of speed; its sign does not.
 pub(super) const FRICTIONAL_LAG: Definition = Definition {
     id: Id::FrictionalLag,
     kind: Kind::Physics,

@@ -1,4 +1,4 @@
-//! What is tied to a place of the rail.
+//! Effects tied to places of the rail.
 
 use std::f64::consts::TAU;
 
@@ -23,7 +23,7 @@ pub(super) const RAIL_STRAIGHTNESS: Definition = Definition {
         },
         Form {
             name: "three-orders",
-            // orders of a wave much longer than the stroke cancel within it and run away beyond
+            // orders of a wave much longer than the stroke cancel within it and diverge beyond
             shape: &[along_stroke("wavelength_m", 0.2, 1.5, 10)],
             amplitudes: &[
                 amplitude("sine_1", "", Free, 0.05),
@@ -86,22 +86,22 @@ fn waves(context: &Context<'_>, force: &[f64], wavelength: f64, orders: u32) -> 
     shown(context.waves(force, wavelength, orders))
 }
 
-/// Sine and cosine of an angle in turns, to 1e-9: whole turns, which may be a million, are taken off first. Without a
-/// branch, so that rows share a register.
+/// Sine and cosine of an angle in turns, to 1e-9; whole turns, possibly a million, are subtracted first. Branch-free,
+/// so that rows share a vector register.
 #[inline]
 fn turned(turns: f64) -> (f64, f64) {
-    // nearest quarter: adding and subtracting 1.5·2^52 rounds
+    // nearest quarter turn: adding and subtracting 1.5·2^52 rounds
     const ROUND: f64 = 6_755_399_441_055_744.0;
     let quarters = (4.0 * turns + ROUND) - ROUND;
     let angle = TAU * (turns - 0.25 * quarters);
     let square = angle * angle;
-    // Taylor's series up to |angle| = π/4
+    // Taylor series up to |angle| = π/4
     let sin = angle
         * (1.0
             + square * (S[0] + square * (S[1] + square * (S[2] + square * (S[3] + square * (S[4] + square * S[5]))))));
     let cos =
         1.0 + square * (C[0] + square * (C[1] + square * (C[2] + square * (C[3] + square * (C[4] + square * C[5])))));
-    // quarters modulo 4 is -1, 0, 1 or 2; sizes beyond 2^50 have no phase
+    // quarters modulo 4 is -1, 0, 1 or 2; magnitudes beyond 2^50 have no phase
     let quarter = quarters - 4.0 * ((0.25 * quarters - 0.125 + ROUND) - ROUND);
     let (swap, back) = (quarter == 1.0 || quarter == -1.0, quarter == 2.0);
     let (s, c) = if swap { (quarter * cos, -quarter * sin) } else { (sin, cos) };
@@ -133,7 +133,7 @@ impl Context<'_> {
         columns
     }
 
-    /// How far the loaded length has passed a place, row by row: 0 before, 1 beyond. `None` where no row lies near.
+    /// Share of the loaded length that has passed a place, row by row: 0 before, 1 beyond. `None` where no row is near.
     fn passed(&self, place: f64) -> Option<Vec<f64>> {
         if !self.motion.has_position {
             return None;
@@ -145,7 +145,7 @@ impl Context<'_> {
     }
 }
 
-/// E16: while the block stands on both rails, its balls disagree about the height.
+/// E16: while the block stands on both rails, its balls are at different heights.
 pub(super) const RAIL_JOINT: Definition = Definition {
     id: Id::RailJoint,
     kind: Kind::Physics,
@@ -230,7 +230,7 @@ pub(super) const RAIL_JOINT: Definition = Definition {
     simplicity: 4,
 };
 
-/// E24: dirt on the rail costs every ball that crosses it; a particle stuck to a ball comes back with its turns.
+/// E24: dirt on the rail loads every ball that crosses it; a particle stuck to a ball recurs with its turns.
 pub(super) const CONTAMINATION: Definition = Definition {
     id: Id::Contamination,
     kind: Kind::Physics,
@@ -285,7 +285,7 @@ fn sagging(context: &Context<'_>, place: f64, sag: f64) -> Vec<f64> {
     context.motion.position_m.iter().map(of).collect()
 }
 
-/// Part of the loaded length that a place lies under, smooth over one ball pitch.
+/// Share of the loaded length above a place, smooth over one ball pitch.
 fn patch(context: &Context<'_>, place: f64) -> Option<Vec<f64>> {
     context.passed(place)?;
     let geometry = &context.geometry;

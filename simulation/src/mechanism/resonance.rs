@@ -6,11 +6,11 @@ use super::filter::oscillator;
 use super::id::Id;
 use super::{Positive, amplitude, ratio, shown};
 
-/// Rows per period below which an oscillation is not seen.
+/// Rows per period below which an oscillation is not resolved.
 const ROWS_PER_PERIOD: f64 = 2.5;
 
-/// E37: the force is that of a mass on a spring. Structures of axes ring at 30 to 300 Hz; below, and damped more strongly,
-/// nothing rings and the column imitates inertia, filters and delays.
+/// E37: the force is that of a mass on a spring. Structures of axes ring at 30 to 300 Hz; at lower frequency or
+/// stronger damping nothing rings, and the column would imitate inertia, filters and delays.
 pub(super) const STRUCTURAL_RESONANCE: Definition = Definition {
     id: Id::StructuralResonance,
     kind: Kind::Physics,
@@ -61,7 +61,7 @@ pub(super) const STRUCTURAL_RESONANCE: Definition = Definition {
     simplicity: 6,
 };
 
-/// What an oscillator makes of a column, less the column.
+/// Response of an oscillator to a column, less the column.
 fn ringing(context: &Context<'_>, input: &[f64], frequency: f64, damping: f64) -> Option<Vec<f64>> {
     let share_of_period = frequency * context.run.step_s();
     if share_of_period.is_nan() || share_of_period * ROWS_PER_PERIOD >= 1.0 {

@@ -1,4 +1,4 @@
-//! What the force channel does in time.
+//! Dynamics of the force channel.
 
 use super::context::{Context, held};
 use super::definition::{Columns, Definition, Form, Kind};
@@ -45,7 +45,7 @@ pub(super) const FORCE_LOWPASS: Definition = Definition {
     simplicity: 3,
 };
 
-/// What filters of a force leave of it, less the force.
+/// Output of a chain of filters for a force, less the force.
 fn filtered(context: &Context<'_>, force: &[f64], time: f64, order: usize) -> Option<Columns> {
     let mut out = lag_of_force(context, force, time);
     for _ in 1..order {
@@ -103,14 +103,14 @@ pub(super) const TIME_MISALIGNMENT: Definition = Definition {
     simplicity: 2,
 };
 
-/// The law's force of a carriage that is held at rest by the force it stopped with. The law itself has none there: what a
-/// drive does until it starts again is not friction's to say.
+/// The law's force, where at rest the carriage is held by the force it stopped with. The law itself has none there:
+/// what a drive does until it starts again is not determined by friction.
 fn held_at_rest(context: &Context<'_>) -> Vec<f64> {
     let moving = |(force, direction): (&f64, &f64)| if *direction == 0.0 { f64::NAN } else { *force };
     held(&context.steady.force_n.iter().zip(&context.steady.direction).map(moving).collect::<Vec<_>>())
 }
 
-/// A force `delay` earlier, within the part; straight between rows but where the motion turns.
+/// The force at a time earlier by `delay`, within the part; linear between rows except where the motion reverses.
 fn shifted(context: &Context<'_>, force: &[f64], delay: f64) -> Vec<f64> {
     let (force, time) = (held(force), &context.run.time_s);
     let mut out = vec![0.0; context.len()];

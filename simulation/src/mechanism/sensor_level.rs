@@ -1,11 +1,11 @@
-//! Zero, scale, steps and range of the force channel.
+//! Zero, gain, steps and range of the force channel.
 
 use super::context::{Context, filled};
 use super::definition::{Columns, Definition, Form, Kind};
 use super::id::Id;
 use super::{Free, Positive, amplitude, ratio, shown, whole};
 
-/// S1: the zero.
+/// S1: error of the zero.
 pub(super) const FORCE_OFFSET: Definition = Definition {
     id: Id::ForceOffset,
     kind: Kind::Sensor,
@@ -26,7 +26,7 @@ pub(super) const FORCE_OFFSET: Definition = Definition {
     simplicity: 1,
 };
 
-/// S1: the zero moves.
+/// S1: drift of the zero.
 pub(super) const FORCE_DRIFT: Definition = Definition {
     id: Id::ForceDrift,
     kind: Kind::Sensor,
@@ -87,7 +87,7 @@ pub(super) const FORCE_DRIFT: Definition = Definition {
     simplicity: 2,
 };
 
-/// Time from the first row, s; stands still where a clock jumps back.
+/// Time since the first row, s; constant where a clock jumps back.
 fn elapsed(context: &Context<'_>) -> Vec<f64> {
     let mut sum = 0.0;
     (0..context.len())
@@ -98,7 +98,7 @@ fn elapsed(context: &Context<'_>) -> Vec<f64> {
         .collect()
 }
 
-/// S2: the scale.
+/// S2: error of the gain.
 pub(super) const FORCE_GAIN: Definition = Definition {
     id: Id::ForceGain,
     kind: Kind::Sensor,
@@ -118,7 +118,7 @@ pub(super) const FORCE_GAIN: Definition = Definition {
     simplicity: 2,
 };
 
-/// S3: a load across the direction of travel is seen along it.
+/// S3: a load across the direction of travel is read along it.
 pub(super) const LOAD_CROSSTALK: Definition = Definition {
     id: Id::LoadCrosstalk,
     kind: Kind::Sensor,
@@ -165,12 +165,12 @@ fn outer_load(context: &Context<'_>) -> Option<Vec<f64>> {
     filled(context.run.external_load_n.as_ref()).filter(|load| load.iter().any(|w| *w != 0.0))
 }
 
-/// The preload, recorded or by the law.
+/// The preload, recorded or from the law.
 fn preload(context: &Context<'_>) -> Option<Vec<f64>> {
     filled(context.run.preload_n.as_ref()).or_else(|| filled(Some(&context.steady.preload_n)))
 }
 
-/// S6: the channel counts in steps.
+/// S6: the channel has quantisation steps.
 pub(super) const FORCE_QUANTISATION: Definition = Definition {
     id: Id::ForceQuantisation,
     kind: Kind::Sensor,
@@ -213,17 +213,17 @@ fn counted(context: &Context<'_>, (step, origin): (f64, f64), noise: f64) -> Opt
 /// Mean of `round(x + noise) - x` for normal noise: every threshold is passed with its probability.
 fn rounding(x: f64, noise: f64) -> f64 {
     let nearest = libm::round(x);
-    // 0 to 1 of the thresholds above, less what is missing of those below
+    // sum over the thresholds above that are passed, less those below that are not
     let above = |k: f64| 0.5 * libm::erfc((nearest + k + 0.5 - x) / (noise * std::f64::consts::SQRT_2));
     let below = |k: f64| 0.5 * libm::erfc((x - (nearest - k - 0.5)) / (noise * std::f64::consts::SQRT_2));
     let passed: f64 = [0.0, 1.0, 2.0].iter().map(|k| above(*k) - below(*k)).sum();
     nearest + passed - x
 }
 
-/// Fewest values that a lattice is told from.
+/// Fewest distinct values that determine a lattice.
 const FEWEST_VALUES: usize = 4;
 
-/// Step and origin of values that are all multiples of one step, as far as the decimals of a file show it.
+/// Step and origin of values that are all multiples of one step, within the decimals of a file.
 fn lattice(values: &[f64]) -> Option<(f64, f64)> {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
     sorted.sort_unstable_by(f64::total_cmp);
@@ -234,7 +234,7 @@ fn lattice(values: &[f64]) -> Option<(f64, f64)> {
     }
     let (first, last) = (*sorted.first()?, *sorted.last()?);
     let least = sorted.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
-    // rounding to decimals spoils the least gap; the whole range knows the step better
+    // rounding to decimals spoils the smallest gap; the whole range determines the step better
     let steps: f64 = sorted.windows(2).map(|pair| libm::round((pair[1] - pair[0]) / least)).sum();
     let step = (last - first) / steps;
     let off = |x: &f64| {
@@ -244,7 +244,7 @@ fn lattice(values: &[f64]) -> Option<(f64, f64)> {
     sorted.iter().all(|x| off(x) < 0.1).then_some((step, first))
 }
 
-/// S7: the channel ends.
+/// S7: the channel saturates.
 pub(super) const FORCE_SATURATION: Definition = Definition {
     id: Id::ForceSaturation,
     kind: Kind::Sensor,
@@ -286,7 +286,7 @@ pub(super) const FORCE_SATURATION: Definition = Definition {
     simplicity: 5,
 };
 
-/// What a limit takes away.
+/// Force that a limit cuts off, with negative sign.
 fn beyond(force: f64, limit: f64) -> f64 {
     force.clamp(-limit, limit) - force
 }

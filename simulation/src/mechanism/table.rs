@@ -4,10 +4,10 @@ use super::Free;
 use super::context::Context;
 use super::definition::{Amplitude, Columns};
 
-/// Entries of the finest table: bolts of a rail are 80 mm apart, and a stroke is a metre or so.
+/// Entries of the finest table: the bolts of a rail are 80 mm apart, and a stroke is about a metre.
 pub(super) const FINE: usize = 48;
 
-/// Entries of a table for what bends slowly.
+/// Entries of a table for slow bends.
 pub(super) const COARSE: usize = 16;
 
 /// Names of entries, from the lower end of the stroke to the upper one.
@@ -29,8 +29,8 @@ pub(super) const fn entries<const N: usize>(unit: &'static str, typical: f64) ->
     entries
 }
 
-/// One column an entry: `force` times the entry's share at the place of each row. Beyond the ends the last entry holds.
-/// `None` without a position or a stroke.
+/// One column per entry: `force` times the entry's share at the position of each row. Beyond the ends the last entry is
+/// held. `None` without a position or a stroke.
 pub(super) fn over_stroke(context: &Context<'_>, force: &[f64], entries: usize, ends: &[f64]) -> Option<Columns> {
     let [from, to] = *ends else { return None };
     if !context.motion.has_position

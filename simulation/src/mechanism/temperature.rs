@@ -1,4 +1,4 @@
-//! What heat does to oil and to preload.
+//! Effects of heat on oil and preload.
 
 use model_core::reference::zhou_2023::OIL;
 
@@ -49,7 +49,7 @@ fn vg100(context: &Context<'_>, shape: &[f64]) -> Option<Columns> {
     thinned(context, |t| libm::log(OIL.viscosity_cst(t)) - reference)
 }
 
-/// What the law says at a viscosity of `exp(log_ratio(T))` times its own, less what it says.
+/// Change of the law's force when the viscosity is `exp(log_ratio(T))` times its own.
 fn thinned(context: &Context<'_>, log_ratio: impl Fn(f64) -> f64) -> Option<Columns> {
     if context.viscosity_follows_temperature {
         return None;
@@ -68,8 +68,8 @@ fn thinned(context: &Context<'_>, log_ratio: impl Fn(f64) -> f64) -> Option<Colu
     shown(vec![context.thinned_n(&logs)])
 }
 
-/// E4: `τ dθ/dt = P - θ` with the friction power P; the oil thins by θ. The block warms within minutes to an hour; the races,
-/// from where heat is 10 mm deep after some 8 s (steel, 1.2e-5 m²/s), sooner.
+/// E4: `τ dθ/dt = P - θ` with the friction power P; the oil thins with θ. The block warms within minutes to an hour;
+/// the races sooner, from the time after which heat is 10 mm deep, some 8 s (steel, 1.2e-5 m²/s).
 pub(super) const SELF_HEATING: Definition = Definition {
     id: Id::SelfHeating,
     kind: Kind::Physics,
@@ -113,8 +113,8 @@ fn heated(context: &Context<'_>, times: &[f64]) -> Option<Columns> {
     shown(times.iter().map(column).collect())
 }
 
-/// First-order lag of the power, from 0 at the first row. Between parts of a profile nothing heats; in a gap the power
-/// goes on as before.
+/// First-order lag of the power, from 0 at the first row. Between parts of a profile there is no heating; in a gap the
+/// power continues as before.
 fn warmth(context: &Context<'_>, power: &[f64], time_s: f64) -> Vec<f64> {
     let mut theta = 0.0;
     let mut before = 0.0;

@@ -1,4 +1,4 @@
-//! What changes with the distance run and does not come back.
+//! Irreversible changes with the distance travelled.
 
 use super::context::Context;
 use super::definition::{Columns, Definition, Form, Kind};

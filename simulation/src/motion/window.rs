@@ -1,28 +1,29 @@
-//! A column and its derivatives from the rows around each.
+//! A column and its derivatives from a window of rows around each row.
 //!
-//! They are those of the parabola fitted to the rows around (Savitzky and Golay 1964), never across the border of a part.
+//! They are those of the parabola fitted to the window (Savitzky and Golay 1964), never across the border of a part.
 
 use std::ops::Range;
 
 use crate::run::Run;
 
-/// Noise in a derived acceleration that is accepted, of the run's RMS acceleration.
+/// Accepted noise of a derived acceleration, relative to the run's RMS acceleration.
 pub(super) const ACCELERATION_NOISE: f64 = 0.03;
 
-/// Noise in a channel that is accepted as none, of its RMS.
+/// Noise of a channel that is accepted as none, relative to its RMS.
 const CALM: f64 = 1e-5;
 
-/// Standard deviations of a shorter window within which a longer one says the same.
+/// Standard deviations of a shorter window within which a longer one agrees with it.
 const ALIKE: f64 = 3.0;
 
-/// Part of the variance of normal numbers that is left without the largest twentieth.
+/// Share of the variance of normal numbers that is left without the largest twentieth.
 const LEFT_OF_VARIANCE: f64 = 0.7588;
 
 /// Longest window, rows to either side.
 pub(super) const MAX_REACH: usize = 50;
 
-/// A column of a run with less of its noise, in its own unit, one entry a row: in every row the parabola through as many rows
-/// around as agree with all fewer ones, none at all beside a step. As it is where a cell of it is no number.
+/// A column of a run with less noise, in its own unit, one entry per row: in every row, the value of the parabola
+/// through the largest window that agrees with all shorter ones; unchanged beside a step. The whole column is unchanged
+/// where a cell of it is not finite.
 pub fn calm(run: &Run, column: &[f64]) -> Vec<f64> {
     if column.iter().any(|x| !x.is_finite()) {
         return column.to_vec();
@@ -31,13 +32,13 @@ pub fn calm(run: &Run, column: &[f64]) -> Vec<f64> {
     widened(&run.time_s, column, &run.part_rows(), run.step_s(), 0, level).1
 }
 
-/// First derivative from as many rows as agree, `reach` to either side at least.
+/// First derivative over the largest agreeing window, at least `reach` rows to either side.
 pub(super) fn calm_slope(time: &[f64], column: &[f64], parts: &[Range<usize>], step_s: f64, reach: usize) -> Vec<f64> {
     widened(time, column, parts, step_s, reach, Wanted { derivative: 1, accepted: CALM }).1
 }
 
-/// Rows to either side so that the slope of `column` per row is known to `noise`:
-/// a slope fitted to N rows has the standard deviation `σ sqrt(12/N³)`.
+/// Rows to either side for which the slope of `column` per row has the standard deviation `noise`: a slope fitted to N
+/// rows has `σ sqrt(12/N³)`.
 pub(super) fn reach(column: &[f64], parts: &[Range<usize>], noise: f64) -> usize {
     let sigma = sigma(column, parts);
     let rows = if noise > 0.0 { (12.0 * (sigma / noise) * (sigma / noise)).cbrt() } else { 0.0 };
@@ -46,8 +47,8 @@ pub(super) fn reach(column: &[f64], parts: &[Range<usize>], noise: f64) -> usize
 
 /// Standard deviation of the noise in a column.
 fn sigma(column: &[f64], parts: &[Range<usize>]) -> f64 {
-    // third differences of a smooth motion vanish; those of white noise have 20 times its variance. Those of a jerk are large
-    // and no noise: the largest twentieth has no say
+    // third differences of a smooth motion vanish; those of white noise have 20 times its variance. A jerk makes large
+    // ones that are no noise: the largest twentieth is left out
     let mut squares: Vec<f64> = Vec::new();
     for rows in parts {
         squares.extend(column[rows.clone()].windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).powi(2)));
@@ -65,7 +66,7 @@ pub(super) fn rms(column: &[f64]) -> f64 {
     (column.iter().map(|x| x * x).sum::<f64>() / column.len().max(1) as f64).sqrt()
 }
 
-/// First derivative of the parabola through the rows around.
+/// First derivative of the parabola through the window.
 pub(super) fn slope(time: &[f64], column: &[f64], parts: &[Range<usize>], reach: usize) -> Vec<f64> {
     local(time, column, parts, reach, |[_, b, _]| b)
 }
@@ -75,7 +76,8 @@ pub(super) fn bend(time: &[f64], column: &[f64], parts: &[Range<usize>], reach: 
     local(time, column, parts, reach, |[_, _, c]| 2.0 * c)
 }
 
-/// Second derivative, and the most rows to either side that it comes from; the window [`widened`] from `reach` on.
+/// Second derivative, and the most rows to either side that it is derived from; the window is [`widened`] from `reach`
+/// on.
 pub(super) fn smooth_bend(
     time: &[f64],
     column: &[f64],
@@ -87,7 +89,7 @@ pub(super) fn smooth_bend(
     widened(time, column, parts, step_s, reach, bends)
 }
 
-/// Which derivative of a column, and the noise in it that is accepted, of its RMS.
+/// Derivative of a column, and its accepted noise relative to its RMS.
 #[derive(Clone, Copy)]
 struct Wanted {
     derivative: usize,
@@ -100,8 +102,9 @@ impl Wanted {
         [a, b, 2.0 * c][self.derivative]
     }
 
-    /// Standard deviation where that of the column is 1. Of a parabola fitted to N rows it is `sqrt(9/(4N))` in the middle,
-    /// `sqrt(12/N³)/Δt` of the slope and `sqrt(720/N⁵)/Δt²` of the second derivative; a row by itself is the column's.
+    /// Standard deviation for a column with standard deviation 1. For a parabola fitted to N rows it is `sqrt(9/(4N))`
+    /// for the value in the middle, `sqrt(12/N³)/Δt` for the slope and `sqrt(720/N⁵)/Δt²` for the second derivative;
+    /// for a single row it is 1.
     fn noise(self, reach: usize, step_s: f64) -> f64 {
         let rows = 2.0 * reach as f64 + 1.0;
         match self.derivative {
@@ -113,9 +116,9 @@ impl Wanted {
     }
 }
 
-/// A derivative of a column, and the most rows to either side that it comes from. The window grows until noise is a small
-/// part of the whole, but in no row further than what it says agrees with every shorter window (Lepskii 1991): a corner
-/// stays one.
+/// A derivative of a column, and the most rows to either side that it is derived from. The window grows until the noise
+/// is a small share of the whole, but in no row further than its result agrees with that of every shorter window
+/// (Lepskii 1991): a corner stays a corner.
 fn widened(
     time: &[f64],
     column: &[f64],
@@ -151,7 +154,7 @@ fn widened(
     }
 }
 
-/// What `of` keeps of the parabola [`around`] every row.
+/// Applies `of` to the parabola fitted [`around`] every row.
 pub(super) fn local<T: Copy + Default>(
     time: &[f64],
     column: &[f64],
@@ -168,13 +171,13 @@ pub(super) fn local<T: Copy + Default>(
     out
 }
 
-/// Fits `a + b τ + c τ²` around a row of a part, τ the time from it. Near the border of the part the window shrinks on the
-/// far side only as far as it must.
+/// Fits `a + b τ + c τ²` around a row of a part, with τ the time from it. Near the border of the part the window
+/// shrinks only on the side of the border, and only as far as it must.
 fn around(time: &[f64], column: &[f64], rows: &Range<usize>, n: usize, reach: usize) -> [f64; 3] {
     let from = n.saturating_sub(reach).max(rows.start);
     let to = (n + reach + 1).min(rows.end);
     let (t0, x0) = (time[n], column[n]);
-    // moments of τ and of the column, both counted from the row itself: no cancellation
+    // moments of τ and of the column, both relative to the row itself: no cancellation
     let (mut s, mut m) = ([0.0; 5], [0.0; 3]);
     for k in from..to {
         let (t, x) = (time[k] - t0, column[k] - x0);
@@ -190,7 +193,7 @@ fn around(time: &[f64], column: &[f64], rows: &Range<usize>, n: usize, reach: us
     [x0 + a, b, c]
 }
 
-/// Solves the normal equations of the parabola; a straight line, or nothing, where the rows do not allow more.
+/// Solves the normal equations of the parabola; a straight line or 0 where the rows do not allow more.
 fn parabola(s: [f64; 5], m: [f64; 3]) -> [f64; 3] {
     let minor = |a: f64, b: f64, c: f64, d: f64| a * d - b * c;
     let (c00, c01, c02) = (minor(s[2], s[3], s[3], s[4]), minor(s[1], s[3], s[2], s[4]), minor(s[1], s[2], s[2], s[3]));

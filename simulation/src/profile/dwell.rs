@@ -11,7 +11,7 @@ pub struct Dwell {
     pub dwells_s: Vec<f64>,
     /// Speed of the start after each, m/s, 1e-6 to 20.
     pub speed_m_s: f64,
-    /// Way that is gone after each, always forth, m, 1e-6 to 500.
+    /// Distance moved after each rest, always forwards, m, 1e-6 to 500.
     pub length_m: f64,
     /// Acceleration of the ramps, m/s², 1e-3 to 500.
     pub acceleration_m_s2: f64,
@@ -30,10 +30,10 @@ impl Default for Dwell {
 }
 
 impl Dwell {
-    /// Rows at a rate, all of one segment: the memory of a rest must not end with it.
+    /// Samples the profile at a rate; all rows are one segment, because the memory of a rest must not end with it.
     ///
     /// # Errors
-    /// [`Unfit`]: a number that is not legal, rests that fall, too many rows.
+    /// [`Unfit`]: a number that is not legal, rests that get shorter, too many rows.
     pub fn course(&self, rate_hz: f64, conditions: &Conditions) -> Result<Course, Unfit> {
         Unfit::check_all("dwells", &self.dwells_s, DURATION.0, DURATION.1, "s")?;
         Unfit::check("speeds", self.speed_m_s, SPEED.0, SPEED.1, "m/s")?;

@@ -12,12 +12,12 @@ use super::{Conditions, Course, Order, Staircase, Unfit};
 pub struct Ladder {
     /// Preloads, N, 0 to 1e6.
     pub preloads_n: Vec<f64>,
-    /// What is driven at each; its order counts as [`Order::Up`] where it is both.
+    /// The staircase at each preload; order [`Order::Both`] counts as [`Order::Up`].
     pub staircase: Staircase,
 }
 
 impl Ladder {
-    /// The paper's grid in a guide: the preloads that its ten lateral forces make there, its twenty speeds at each.
+    /// The paper's grid for a guide: the preloads that its ten lateral forces cause, with its twenty speeds at each.
     ///
     /// # Errors
     /// [`Unfit::NoLoad`]: the geometry of this guide does not carry one of the forces.
@@ -30,7 +30,7 @@ impl Ladder {
         Ok(Ladder { preloads_n, staircase: Staircase { order: Order::Up, ..Staircase::default() } })
     }
 
-    /// Rows at a rate; segments count from 1 in the order of the preloads.
+    /// Samples the profile at a rate; segments count from 1 in the order of the preloads.
     ///
     /// # Errors
     /// [`Unfit`]: a number that is not legal, too many rows.
@@ -62,7 +62,7 @@ mod tests {
         for (part, expected) in run.parts.iter().zip(&ladder.preloads_n) {
             assert!(preload[part.rows.clone()].iter().all(|p| p == expected));
         }
-        // 500 and 9500 N of lateral force, as PRELOAD_RANGE_N has them rounded
+        // 500 and 9500 N of lateral force, rounded as in PRELOAD_RANGE_N
         assert!((485.0..500.0).contains(&preload[0]) && (7900.0..8300.0).contains(&preload[run.len() - 1]));
     }
 }

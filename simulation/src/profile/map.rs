@@ -11,7 +11,7 @@ pub struct Map {
     pub speeds_m_s: Vec<f64>,
     /// Stroke, ramps included, m, 1e-6 to 500.
     pub length_m: f64,
-    /// How often it is driven forth and back, from 1 on.
+    /// Number of passes forth and back, from 1 on.
     pub strokes: u32,
     /// Rest at either end, s, 0 to 1e7.
     pub pause_s: f64,
@@ -27,7 +27,7 @@ impl Default for Map {
 }
 
 impl Map {
-    /// Rows at a rate; segments count from 1 in the order of the speeds.
+    /// Samples the profile at a rate; segments count from 1 in the order of the speeds.
     ///
     /// # Errors
     /// [`Unfit`]: a number that is not legal, a stroke too short for a speed, too many rows.

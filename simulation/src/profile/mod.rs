@@ -1,4 +1,4 @@
-//! Test profiles: how an axis is driven so that a recording tells something.
+//! Test profiles: how an axis is driven to make a recording informative.
 //!
 //! ```text
 //! staircase   every speed of a list, forth and back, up and down the list
@@ -10,8 +10,8 @@
 //! warm_up     running, a stop, running again; block and rail warm up and cool down
 //! ```
 //!
-//! A profile is numbers in, a [`Course`] out: rows of time, motion and what the rig sets. Speeds change in smooth ramps of
-//! limited acceleration. The force is for a law to say.
+//! A profile turns numbers into a [`Course`]: rows of time, motion and rig conditions. Speeds change in smooth ramps of
+//! limited acceleration. The force is added by a law.
 
 mod dwell;
 mod ladder;
@@ -38,14 +38,14 @@ use model_core::quantity;
 use crate::motion::Motion;
 use crate::run::Run;
 
-/// What the rig sets and keeps.
+/// Conditions that the rig sets and keeps.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Conditions {
-    /// Preload of the block, N; a profile with preloads of its own does not look at it.
+    /// Preload of the block, N; ignored by a profile with preloads of its own.
     pub preload_n: Option<f64>,
     /// Vertical load on the block, N.
     pub external_load_n: Option<f64>,
-    /// Temperature of block and rail, °C; a profile with temperatures of its own does not look at it.
+    /// Temperature of block and rail, °C; ignored by a profile with temperatures of its own.
     pub temperature_degc: Option<f64>,
 }
 
@@ -66,9 +66,9 @@ impl Conditions {
 /// A driven profile.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Course {
-    /// Time, motion, segments and what the rig sets. The force is 0 in every row until a law has said it.
+    /// Time, motion, segments and rig conditions. The force is 0 in every row until a law sets it.
     pub run: Run,
-    /// The same motion with the acceleration, none of it derived from rows.
+    /// The same motion with its exact acceleration, not derived from rows.
     pub motion: Motion,
 }
 
@@ -105,7 +105,7 @@ pub enum Unfit {
         length_m: f64,
         /// The speed.
         speed_m_s: f64,
-        /// What the ramps take.
+        /// Distance that the ramps take.
         needed_m: f64,
     },
     /// The dwells of a profile of growing dwells do not grow.
@@ -118,7 +118,7 @@ pub enum Unfit {
         /// The one after it.
         after_s: f64,
     },
-    /// More rows than anybody can mean.
+    /// More rows than can be meant.
     #[error(
         "{duration_s:.0} s at {rate_hz} Hz are {:.0} million rows, more than {:.0} million; give a lower rate or a shorter profile",
         1e-6 * duration_s * rate_hz,
@@ -139,12 +139,12 @@ pub enum Unfit {
 }
 
 impl Unfit {
-    /// Checks a number; not a number is out of range.
+    /// Checks a number; NaN is out of range.
     fn check(what: &'static str, value: f64, min: f64, max: f64, unit: &'static str) -> Result<(), Unfit> {
         if value >= min && value <= max { Ok(()) } else { Err(Unfit::OutOfRange { what, value, min, max, unit }) }
     }
 
-    /// Checks a list of them.
+    /// Checks a list of numbers.
     fn check_all(what: &'static str, values: &[f64], min: f64, max: f64, unit: &'static str) -> Result<(), Unfit> {
         if values.is_empty() {
             return Err(Unfit::Nothing(what));
@@ -161,7 +161,7 @@ mod limits {
     pub(super) const LENGTH: (f64, f64) = (1e-6, 500.0);
     /// Durations, s.
     pub(super) const DURATION: (f64, f64) = (0.0, 1e7);
-    /// How often something is repeated.
+    /// Numbers of repetitions.
     pub(super) const TIMES: (f64, f64) = (1.0, 1e5);
     /// Frequencies, Hz.
     pub(super) const FREQUENCY: (f64, f64) = (1e-4, 1e3);

@@ -16,7 +16,7 @@ pub struct Modulation {
     pub frequencies_hz: Vec<f64>,
     /// Least number of periods, from 1 on.
     pub cycles: u32,
-    /// Least time at each frequency and in each direction, s, 0 to 1e7; whole periods all the same.
+    /// Least time at each frequency and in each direction, s, 0 to 1e7; rounded up to whole periods.
     pub hold_s: f64,
     /// Acceleration of the ramps, m/s², 1e-3 to 500.
     pub acceleration_m_s2: f64,
@@ -37,7 +37,7 @@ impl Default for Modulation {
 }
 
 impl Modulation {
-    /// Rows at a rate; segments count from 1 in the order of the frequencies.
+    /// Samples the profile at a rate; segments count from 1 in the order of the frequencies.
     ///
     /// # Errors
     /// [`Unfit`]: a number that is not legal, too many rows.

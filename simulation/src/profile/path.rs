@@ -1,17 +1,17 @@
-//! Phases one after the other, and their rows at a rate.
+//! A path: consecutive phases, sampled at a rate.
 
 use super::phase::{Phase, State};
 use super::{Conditions, Course, Unfit};
 use crate::motion::Motion;
 use crate::run::{Break, Part, Run};
 
-/// Rows that a profile may have. More than 10 h at 1 kHz is a mistake in a number.
+/// Most rows of a profile: more than 10 h at 1 kHz is a mistake in a number.
 pub const MOST_ROWS: f64 = 4e7;
 
-/// Shortest change of speed, s: no drive is quicker.
+/// Shortest change of speed, s: no drive is faster.
 const SHORTEST_RAMP_S: f64 = 0.02;
 
-/// Where and when a phase starts, and what holds during it.
+/// Start of a phase, and the conditions during it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Placed {
     start_s: f64,
@@ -21,7 +21,7 @@ struct Placed {
     preload_n: Option<f64>,
 }
 
-/// A motion under construction. Starts at rest at position 0; time and position go on through all segments.
+/// A motion under construction. Starts at rest at position 0; time and position continue through all segments.
 #[derive(Clone, Debug)]
 pub(super) struct Path {
     acceleration_m_s2: f64,
@@ -33,20 +33,20 @@ pub(super) struct Path {
 }
 
 impl Path {
-    /// Nothing yet; ramps will reach this acceleration.
+    /// An empty path whose ramps reach this acceleration.
     pub(super) fn new(acceleration_m_s2: f64) -> Result<Self, Unfit> {
         Unfit::check("acceleration", acceleration_m_s2, 1e-3, 500.0, "m/s²")?;
         let segment = 0;
         Ok(Path { acceleration_m_s2, end_s: 0.0, end_m: 0.0, segment, preload_n: None, phases: Vec::new() })
     }
 
-    /// A new segment with the next number.
+    /// Starts a new segment with the next number.
     pub(super) fn segment(&mut self) -> &mut Self {
         self.segment += 1;
         self
     }
 
-    /// The preload from here on.
+    /// Sets the preload from here on.
     pub(super) fn preload(&mut self, preload_n: f64) -> &mut Self {
         self.preload_n = Some(preload_n);
         self
@@ -68,22 +68,22 @@ impl Path {
         self
     }
 
-    /// Stands for a while.
+    /// Appends a rest.
     pub(super) fn rest(&mut self, duration_s: f64) -> &mut Self {
         self.then(Phase::Rest { duration_s })
     }
 
-    /// Length of a ramp from rest to a speed, s.
+    /// Duration of a ramp from rest to a speed, s.
     pub(super) fn ramp_s(&self, speed: f64) -> f64 {
         (1.5 * speed.abs() / self.acceleration_m_s2).max(SHORTEST_RAMP_S)
     }
 
-    /// Way that a ramp from rest to a speed takes, m.
+    /// Distance of a ramp from rest to a speed, m.
     pub(super) fn ramp_m(&self, speed: f64) -> f64 {
         0.5 * speed.abs() * self.ramp_s(speed)
     }
 
-    /// From rest to rest: to a position at a speed.
+    /// Appends a stroke from rest to rest: to a position at a speed.
     pub(super) fn go_to(&mut self, position_m: f64, speed: f64) -> Result<&mut Self, Unfit> {
         let way = position_m - self.end_m;
         let cruise_m = way.abs() - 2.0 * self.ramp_m(speed);
@@ -94,29 +94,29 @@ impl Path {
         self.then(Phase::Ramp { from: 0.0, to: velocity, duration_s: ramp_s });
         self.then(Phase::Cruise { velocity, duration_s: cruise_m / speed });
         self.then(Phase::Ramp { from: velocity, to: 0.0, duration_s: ramp_s });
-        // the sum of the phases is this up to rounding, which must not add up over thousands of strokes
+        // the sum of the phases equals this up to rounding, which must not accumulate over thousands of strokes
         self.end_m = position_m;
         Ok(self)
     }
 
-    /// Where the path has come to, s.
+    /// End of the path, s.
     pub(super) fn end_s(&self) -> f64 {
         self.end_s
     }
 
-    /// Where the path has come to, m.
+    /// End of the path, m.
     pub(super) fn end_m(&self) -> f64 {
         self.end_m
     }
 
-    /// The rows at a rate, with the time `n/rate`.
+    /// Samples the path at a rate, with the times `n/rate`.
     pub(super) fn sample(&self, name: &str, rate_hz: f64, conditions: &Conditions) -> Result<Course, Unfit> {
         Unfit::check("rate", rate_hz, 1.0, 1e5, "Hz")?;
         conditions.check()?;
         if self.end_s * rate_hz > MOST_ROWS {
             return Err(Unfit::TooLong { duration_s: self.end_s, rate_hz });
         }
-        // only a warm-up can have no phase: its durations may be 0
+        // only a warm-up can be without a phase: its durations may be 0
         if self.phases.is_empty() {
             return Err(Unfit::Nothing("run"));
         }

@@ -1,4 +1,4 @@
-//! What an axis does for a while, in closed form: rest, a smooth change of speed, constant speed, oscillations.
+//! Phases of motion in closed form: rest, a smooth change of speed, constant speed, oscillations.
 
 use core::f64::consts::TAU;
 
@@ -66,7 +66,7 @@ impl Phase {
         }
     }
 
-    /// Travel from start to end, m; exact where the phase says it, so that nothing adds up.
+    /// Travel from start to end, m; exact by definition of the phase, so that no rounding accumulates.
     pub(super) fn travel_m(&self) -> f64 {
         match *self {
             Phase::Rest { .. } | Phase::Sinusoid { .. } => 0.0,

@@ -11,7 +11,7 @@ const PAUSE_S: f64 = 1.0;
 /// Reversals.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reversal {
-    /// Amplitudes, m, 1e-6 to 500; the carriage goes forth and back by twice as much.
+    /// Amplitudes, m, 1e-6 to 500; the carriage moves forth and back by twice as much.
     pub amplitudes_m: Vec<f64>,
     /// Frequencies, Hz, 1e-4 to 1e3.
     pub frequencies_hz: Vec<f64>,
@@ -27,7 +27,7 @@ impl Default for Reversal {
 }
 
 impl Reversal {
-    /// Rows at a rate; one segment a sinusoid, frequencies within amplitudes.
+    /// Samples the profile at a rate; one segment per sinusoid, all frequencies of an amplitude in a row.
     ///
     /// # Errors
     /// [`Unfit`]: a number that is not legal, too many rows.

@@ -5,14 +5,14 @@ use super::paper_grid::SPEEDS_M_MIN;
 use super::path::Path;
 use super::{Conditions, Course, Unfit};
 
-/// In which order the speeds are driven.
+/// Order in which the speeds are driven.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// As the list has them.
+    /// In the order of the list.
     Up,
     /// From the last to the first.
     Down,
-    /// Both, one segment each: what changes with time differs between the two, what changes with speed does not.
+    /// Both, one segment each: effects of time differ between the two, effects of speed do not.
     Both,
 }
 
@@ -21,11 +21,12 @@ pub enum Order {
 pub struct Staircase {
     /// Speeds, m/s, 1e-6 to 20.
     pub speeds_m_s: Vec<f64>,
-    /// Least travel at constant speed, m, 1e-6 to 500; all strokes start at the same place and so cover this much of it.
+    /// Least travel at constant speed, m, 1e-6 to 500; all strokes start at the same place and so have this much in
+    /// common.
     pub length_m: f64,
     /// Least time at constant speed, s, 0 to 1e7.
     pub hold_s: f64,
-    /// How often each speed is driven forth and back in a row, from 1 on.
+    /// Number of strokes forth and back per speed, from 1 on.
     pub strokes: u32,
     /// Their order.
     pub order: Order,
@@ -51,7 +52,7 @@ impl Default for Staircase {
 }
 
 impl Staircase {
-    /// Rows at a rate; segment 1, and 2 for the way down the list where both are driven.
+    /// Samples the profile at a rate; segment 1, and 2 for the way down the list where both are driven.
     ///
     /// # Errors
     /// [`Unfit`]: a number that is not legal, too many rows.
@@ -61,7 +62,7 @@ impl Staircase {
         path.sample("staircase", rate_hz, conditions)
     }
 
-    /// Appends the strokes; every order is a segment.
+    /// Appends the strokes; each order is one segment.
     pub(super) fn drive(&self, path: &mut Path) -> Result<(), Unfit> {
         Unfit::check_all("speeds", &self.speeds_m_s, SPEED.0, SPEED.1, "m/s")?;
         Unfit::check("length", self.length_m, LENGTH.0, LENGTH.1, "m")?;
@@ -102,7 +103,7 @@ mod tests {
         for speed in &staircase.speeds_m_s {
             for sign in [-1.0, 1.0] {
                 let rows = motion.velocity_m_s.iter().filter(|v| **v == sign * speed).count();
-                // up and down; the row at either end may fall out
+                // up and down; the row at either end may be missing
                 let needed = 2.0 * (2.0f64.max(0.072 / speed) * rate - 2.0);
                 assert!(rows as f64 >= needed, "{speed} m/s: {rows} rows");
             }

@@ -1,17 +1,17 @@
 //! A long run, a stop, running again, while block and rail warm up and cool down (P8).
 //!
 //! ```text
-//! dT/dt = (T_ambient + ΔT - T)/τ       ΔT the rise while running, 0 at rest; τ and ΔT of block and rail differ
+//! dT/dt = (T_ambient + ΔT - T)/τ       ΔT: rise while running, 0 at rest; τ and ΔT differ between block and rail
 //! ```
 
 use super::limits::{DURATION, LENGTH, SPEED};
 use super::path::Path;
 use super::{Conditions, Course, Unfit};
 
-/// How a body warms.
+/// Thermal response of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Warming {
-    /// Temperature that it ends at above the surroundings, K, -100 to 150.
+    /// Final temperature above the surroundings, K, -100 to 150.
     pub rise_k: f64,
     /// Time constant, s, 1 to 1e7.
     pub time_s: f64,
@@ -24,13 +24,13 @@ pub struct WarmUp {
     pub speed_m_s: f64,
     /// Stroke, ramps included, m, 1e-6 to 500.
     pub length_m: f64,
-    /// Running, s, 0 to 1e7; whole strokes forth and back.
+    /// Running time, s, 0 to 1e7; whole strokes forth and back.
     pub run_s: f64,
-    /// Stop, s, 0 to 1e7.
+    /// Stopped time, s, 0 to 1e7.
     pub stop_s: f64,
-    /// Running again, s, 0 to 1e7.
+    /// Second running time, s, 0 to 1e7.
     pub resume_s: f64,
-    /// Temperature of the surroundings, where everything starts, °C, -60 to 200.
+    /// Temperature of the surroundings and initial temperature, °C, -60 to 200.
     pub ambient_degc: f64,
     /// The block.
     pub block: Warming,
@@ -59,7 +59,7 @@ impl Default for WarmUp {
 }
 
 impl WarmUp {
-    /// Rows at a rate, all of one segment, with the temperatures of block, rail and surroundings.
+    /// Samples the profile at a rate, all in one segment, with the temperatures of block, rail and surroundings.
     ///
     /// # Errors
     /// [`Unfit`]: a number that is not legal, a stroke too short for the speed, too many rows.
@@ -94,7 +94,7 @@ impl WarmUp {
 
     /// Strokes forth and back until the time is over.
     fn strokes(&self, path: &mut Path, duration_s: f64) -> Result<(), Unfit> {
-        // a stroke of no time at all would never end
+        // guards against strokes of no duration, which would never end
         let stroke_s = self.length_m / self.speed_m_s + path.ramp_s(self.speed_m_s);
         if duration_s / stroke_s > super::MOST_ROWS {
             return Err(Unfit::TooLong { duration_s, rate_hz: 1.0 / stroke_s });
@@ -108,7 +108,7 @@ impl WarmUp {
 }
 
 impl Warming {
-    /// Temperature above the surroundings, K, of a body that ran until `stop_s` and from `resume_s` on.
+    /// Temperature above the surroundings, K, of a body that runs until `stop_s` and from `resume_s` on.
     fn above_k(self, t: f64, stop_s: f64, resume_s: f64) -> f64 {
         let decay = |from: f64, to: f64| libm::exp(-(to - from) / self.time_s);
         let running = self.rise_k * (1.0 - decay(0.0, t.min(stop_s)));

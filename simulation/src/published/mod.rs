@@ -1,20 +1,20 @@
-//! Published parameter sets: one file a paper, every value with where it comes from.
+//! Published parameter sets: one file per paper, every value with its provenance.
 //!
-//! A set is a list of values under the keys of a simulation file, so that a file can override any of them and so that
-//! a table can say of each whether the paper states it or whether it had to be assumed.
+//! A set is a list of values under the keys of a simulation file, so that a file can override any of them, and so that
+//! a table can state for each whether the paper gives it or it had to be assumed.
 
 mod zhou_2023;
 
 use std::fmt;
 
-/// Where a value comes from.
+/// Provenance of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Provenance {
-    /// The paper states it; where.
+    /// Stated in the paper; where.
     Stated(&'static str),
-    /// Nobody states it; why this value was taken.
+    /// Not stated anywhere; why this value was chosen.
     Assumed(&'static str),
-    /// The simulation file sets it.
+    /// Set by the simulation file.
     File,
 }
 
@@ -47,7 +47,7 @@ impl fmt::Display for Value {
     }
 }
 
-/// One value and where it comes from.
+/// A value and its provenance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Entry {
     /// Section of the file: `guide` or `lubricant`.
@@ -56,14 +56,14 @@ pub struct Entry {
     pub key: &'static str,
     /// Value.
     pub value: Value,
-    /// Where it comes from.
+    /// Provenance.
     pub provenance: Provenance,
 }
 
 /// A published set.
 #[derive(Clone, Copy, Debug)]
 pub struct Published {
-    /// What `[guide] parameters` calls it.
+    /// Its name in `[guide] parameters`.
     pub name: &'static str,
     /// The publication.
     pub source: &'static str,
@@ -77,7 +77,7 @@ impl Published {
     }
 }
 
-/// All sets; the first is the one that a file without `parameters` starts from.
+/// All sets; the first is the default of a file without `parameters`.
 pub const SETS: [Published; 1] = [zhou_2023::SET];
 
 /// The set of this name.

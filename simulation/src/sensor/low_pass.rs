@@ -1,11 +1,11 @@
 //! First-order low-pass.     `τ dy/dt = x - y`, `τ = 1/(2π f)`
 //!
-//! Exact for a signal that is straight between its samples, at any distance of them:
+//! Exact for a signal that is linear between its samples, whatever their spacing:
 //! `y = x - sτ + (y₀ - x₀ + sτ) e^(-h/τ)` with the slope `s`.
 
 use core::f64::consts::TAU;
 
-/// The filter and what it remembers.
+/// The filter and its memory.
 #[derive(Clone, Debug)]
 pub(super) struct LowPass {
     time_constant_s: f64,
@@ -14,17 +14,17 @@ pub(super) struct LowPass {
 }
 
 impl LowPass {
-    /// Falls to `1/√2` at this frequency, above 0.
+    /// A filter that falls to `1/√2` at this frequency, above 0.
     pub(super) fn new(corner_hz: f64) -> Self {
         LowPass { time_constant_s: 1.0 / (TAU * corner_hz), last: None }
     }
 
-    /// Forgets: the next sample counts as having been there forever.
+    /// Clears the memory: the next sample counts as having been constant before.
     pub(super) fn restart(&mut self) {
         self.last = None;
     }
 
-    /// The next sample. A sample that was not measured leaves no trace.
+    /// Filters the next sample. An unmeasured sample leaves no trace.
     pub(super) fn step(&mut self, time_s: f64, x: f64) -> f64 {
         if x.is_nan() {
             return x;

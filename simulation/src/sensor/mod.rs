@@ -6,8 +6,8 @@
 //! position  -> steps
 //! ```
 //!
-//! Noise comes last but for the steps: it has the stated size in the recording, whatever the filter. It is white; every
-//! sensor has its own sequence of the seed, so one more sensor leaves the others as they were.
+//! Noise is added after everything but the steps: it has the stated size in the recording, whatever the filter. It is
+//! white; every sensor has its own sequence of the seed, so that adding a sensor leaves the others unchanged.
 
 mod low_pass;
 mod noise;
@@ -17,10 +17,10 @@ pub use noise::Noise;
 
 use crate::run::{Break, Run};
 
-/// What the sensors do to a run; 0 is nothing. SI units.
+/// Effects of the sensors on a run; 0 is none. SI units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sensors {
-    /// Noise of the force over the force, standard deviation, 0 to 1.
+    /// Noise of the force relative to the force, standard deviation, 0 to 1.
     pub noise_relative: f64,
     /// Noise of the force, standard deviation, N, 0 to 1e4.
     pub noise_n: f64,
@@ -38,7 +38,7 @@ pub struct Sensors {
     pub temperature_noise_k: f64,
 }
 
-/// Number of a sensor's sequence.
+/// Index of a sensor's noise sequence.
 #[derive(Clone, Copy)]
 enum Stream {
     Force,
@@ -49,10 +49,10 @@ enum Stream {
 }
 
 impl Sensors {
-    /// A number that is not legal: its name, value, smallest and largest, unit.
+    /// Checks all numbers; an illegal one is returned with its name, value, limits and unit.
     ///
     /// # Errors
-    /// The first one.
+    /// The first illegal number.
     pub fn check(&self) -> Result<(), BadSensor> {
         for (what, value, most, unit) in [
             ("noise-relative", self.noise_relative, 1.0, ""),
@@ -74,7 +74,7 @@ impl Sensors {
         }
     }
 
-    /// Turns what is into what a recorder would have written. The same seed gives the same run on every machine.
+    /// Turns a true run into what a recorder would have written. The same seed gives the same run on every machine.
     ///
     /// # Errors
     /// As [`check`](Self::check).
@@ -83,7 +83,7 @@ impl Sensors {
         if let Some(hz) = self.lowpass_hz {
             let mut filter = LowPass::new(hz);
             for part in &run.parts {
-                // a sensor does not know about segments; only where time breaks does it start anew
+                // a sensor does not know of segments; it restarts only where time breaks
                 if part.starts != Break::Segment {
                     filter.restart();
                 }
@@ -117,7 +117,7 @@ impl Sensors {
     }
 }
 
-/// A number of a sensor that is not legal.
+/// An illegal number of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{what} must lie between {min} and {max} {unit}, not {value}")]
 pub struct BadSensor {

@@ -14,7 +14,7 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// One of the independent sequences of a seed.
+    /// One of the independent sequences for a seed.
     pub fn new(seed: u64, stream: u64) -> Self {
         let mut source = ChaCha8Rng::seed_from_u64(seed);
         source.set_stream(stream);
@@ -37,7 +37,7 @@ impl Noise {
         }
     }
 
-    /// The next of numbers spread evenly between -1 and 1, from the same sequence.
+    /// The next uniform number between -1 and 1, from the same sequence.
     pub fn even(&mut self) -> f64 {
         // the upper 53 bits fill the mantissa
         (self.source.next_u64() >> 11) as f64 / (1u64 << 52) as f64 - 1.0
