@@ -1,22 +1,22 @@
-//! Friction of any axis over its speed, without a load: Coulomb, viscous, and whether there is a Stribeck term.
+//! Friction of any axis over speed, without a load: Coulomb, viscous, and whether there is a Stribeck term.
 //!
 //! ```text
 //! F = d (C + v |V| + S e^(-|V|/V_s)) + F_0 + v_0 |V|        d: sign of V; F_0, v_0: difference of the directions
 //! ```
 //!
-//! Which terms stay is decided by leaving out one speed at a time, both directions of it, and foretelling its force
-//! from all others: a term that only follows the noise makes that worse. A longer law is taken when its squared errors
-//! are smaller by more than the standard error of the difference.
+//! The terms are chosen by cross-validation: one speed at a time is left out, in both directions, and its force
+//! predicted from all others. A term that only follows the noise makes the prediction worse. A longer law is taken
+//! where its squared errors are smaller by more than the standard error of the difference.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::levels::levels;
 use crate::separable::{self, Separable};
 
-/// Places of ln V_s that are looked at.
+/// Grid points of ln V_s.
 const PLACES: usize = 60;
 
-/// Fewest speeds that can tell a Stribeck term from two others.
+/// Fewest speeds that can distinguish a Stribeck term from two other terms.
 pub const LEAST_SPEEDS: usize = 6;
 
 /// A mean force at constant speed.
@@ -28,7 +28,7 @@ pub struct Point {
     pub force: f64,
 }
 
-/// Terms of a law beside Coulomb and viscous friction and the constant difference of the directions.
+/// Optional terms of a law, beside Coulomb and viscous friction and the constant difference of the directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Terms {
     /// Viscous friction differs between the directions.
@@ -77,7 +77,7 @@ pub struct AxisCurve {
     pub stribeck: Option<Measured>,
     /// V_s.
     pub stribeck_speed: Option<Measured>,
-    /// Root of the mean squared residual.
+    /// RMS residual.
     pub rms: f64,
 }
 
@@ -93,26 +93,26 @@ impl AxisCurve {
     }
 }
 
-/// How well a law foretells speeds that it has not seen.
+/// Prediction error of a law at speeds left out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trial {
     /// The law.
     pub terms: Terms,
-    /// Root of the mean squared error at the speed left out; NaN where the others do not determine the law.
+    /// RMS error at the speeds left out; NaN where the others do not determine the law.
     pub error: f64,
     squares: Vec<f64>,
 }
 
-/// What the speeds say.
+/// Result of the selection.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
-    /// The law that is supported.
+    /// The law that the speeds support.
     pub curve: AxisCurve,
     /// All that competed, in the order of [`Terms::ALL`].
     pub trials: Vec<Trial>,
     /// Whether a Stribeck term is supported.
     pub supports_stribeck: bool,
-    /// Number of speeds, directions not counted twice.
+    /// Number of speeds, both directions counted once.
     pub speeds: usize,
 }
 
@@ -157,7 +157,7 @@ fn is_better(longer: &Trial, shorter: &Trial) -> bool {
     mean > (variance / n).sqrt()
 }
 
-/// Leaves out one speed at a time.
+/// Cross-validation: leaves out one speed at a time.
 fn trial(points: &[Point], level: &[usize], levels: usize, terms: Terms) -> Trial {
     let (mut squares, mut sum) = (Vec::with_capacity(levels), 0.0);
     for left_out in 0..levels {
@@ -185,7 +185,8 @@ pub fn fit(points: &[Point], terms: Terms) -> Option<AxisCurve> {
     let problem = Problem { points, terms, both, top, size };
     let least = points.iter().fold(1.0, |m: f64, p| m.min(p.velocity.abs() / top));
     let (ln_kappa, found) = if terms.stribeck {
-        // from a V_s of half the highest speed, which viscous friction cannot follow, to one that only the lowest sees
+        // from a V_s of half the highest speed, which viscous friction cannot imitate, to one that only the lowest
+        // shows
         separable::least(&problem, ((2.0f64).ln(), (2.0 / least).ln()), PLACES, None)?
     } else {
         (0.0, separable::linear(&problem, 0.0, None)?)

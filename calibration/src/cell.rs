@@ -1,4 +1,4 @@
-//! Drag forces at known load: what a friction law is fitted to.
+//! Cells: drag forces at known load, to which a friction law is fitted.
 
 use model_core::exact::Exact;
 
@@ -7,7 +7,7 @@ use model_core::exact::Exact;
 pub struct Cell {
     /// Normal load per ball Q, N; 0 for a block without preload or load, whose drag is that of its seals.
     pub load_per_ball_n: f64,
-    /// Preload or lateral force that the rig set, N: what rows are grouped and named by.
+    /// Preload or lateral force set by the rig, N; rows are grouped and named by it.
     pub reference_n: f64,
     /// Viscosity of the oil, cSt.
     pub viscosity_cst: f64,
@@ -15,11 +15,11 @@ pub struct Cell {
     pub speed_m_s: f64,
     /// Direction of travel, -1 or 1; 0 for a mean of both.
     pub direction: f64,
-    /// Whether the block wore its seals.
+    /// Whether the block had its seals on.
     pub has_seals: bool,
     /// Drag force against the motion, N.
     pub force_n: f64,
-    /// Standard deviation of that force, N; NaN where only the scatter of all cells tells it.
+    /// Standard deviation of that force, N; NaN where it is to be estimated from the scatter of all cells.
     pub sigma_n: f64,
 }
 
@@ -30,7 +30,7 @@ impl Cell {
         self.force_n / (model.guide().loaded_balls() * self.load_per_ball_n)
     }
 
-    /// Hersey number in the model's convention, 0 without a load; `scale` turns cSt into the number that it counts.
+    /// Hersey number in the model's convention, 0 without a load; `scale` converts cSt to the model's viscosity number.
     pub fn hersey(&self, model: &Exact, scale: f64) -> f64 {
         if self.load_per_ball_n <= 0.0 {
             return 0.0;

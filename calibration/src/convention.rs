@@ -1,8 +1,8 @@
-//! Which speed the Hersey number counts, by comparison: sliding speed of Eq. 12 or carriage speed.
+//! Convention of the Hersey number, chosen by comparison: sliding speed of Eq. 12 or carriage speed.
 //!
-//! Both laws have the same constants and see the same strokes; the difference of their deviances (-2 ln likelihood) is
-//! that of their AIC. Only the load tells them apart: with slip H grows as `Q^(1/3)`, with the carriage speed it falls
-//! as `Q^(-1/3)`.
+//! Both laws have the same number of constants and are fitted to the same strokes; the difference of their deviances
+//! (-2 ln likelihood) is that of their AIC. Only the load distinguishes them: with slip H grows as `Q^(1/3)`, with the
+//! carriage speed it falls as `Q^(-1/3)`.
 
 use model_core::contact::HerseySpeed;
 use simulation::guide::GuideSet;
@@ -36,12 +36,12 @@ impl Comparison {
         Ok(Comparison { slip: fitted(HerseySpeed::Slip)?, carriage: fitted(HerseySpeed::Carriage)? })
     }
 
-    /// Deviance of the carriage speed less that of slip: positive speaks for slip.
+    /// Deviance with the carriage speed less that with slip: positive supports slip.
     pub fn difference(&self) -> f64 {
         self.carriage.1.deviance - self.slip.1.deviance
     }
 
-    /// The convention that the strokes ask for; `None` where they cannot tell.
+    /// The convention that the strokes support; `None` where undecided.
     pub fn decision(&self) -> Option<HerseySpeed> {
         match self.difference() {
             d if d >= DECISIVE => Some(HerseySpeed::Slip),

@@ -4,8 +4,8 @@
 //! F = law + d (offset + gain·law)        d: +1 or -1, the direction of the stroke; F against the motion
 //! ```
 //!
-//! The columns are judged beside the tangent of the whole law, so that what a constant of the law could explain is not
-//! called an asymmetry.
+//! The two columns are tested beside the tangent of the whole law, so that what a constant of the law could explain
+//! does not count as an asymmetry.
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
@@ -13,23 +13,23 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use crate::cell::Cell;
 use crate::fit::FrictionFit;
 
-/// Probability of chance below which an asymmetry is believed.
+/// p-value below which an asymmetry is accepted.
 pub const BELIEVED: f64 = 0.01;
 
 /// A difference between the directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Asymmetry {
-    /// Half the difference that does not depend on the force, N, and its standard deviation: zero of the force sensor,
-    /// tilt, a chain.
+    /// Half the difference that does not depend on the force, N, and its standard deviation: from the zero of the force
+    /// sensor, tilt or a chain.
     pub offset_n: (f64, f64),
-    /// Half the difference over the force, and its standard deviation.
+    /// Half the difference relative to the force, and its standard deviation.
     pub gain: (f64, f64),
-    /// Probability of a difference this strong by chance.
+    /// p-value of the difference (F test).
     pub p_value: f64,
 }
 
 impl Asymmetry {
-    /// What the strokes of `fit` say. `None` where not both directions were measured, or averaged.
+    /// The asymmetry in the strokes of `fit`. `None` where not both directions were measured, or they were averaged.
     pub fn of(cells: &[Cell], fit: &FrictionFit) -> Option<Self> {
         let directions: Vec<f64> = cells.iter().map(|c| c.direction.signum()).collect();
         let both = [1.0, -1.0].iter().all(|d| directions.iter().filter(|x| *x == d).count() >= 3);
@@ -41,7 +41,7 @@ impl Asymmetry {
         let columns = DMatrix::from_fn(cells.len(), constants + 2, |n, j| match j {
             j if j < constants => tangent[(n, j)],
             j if j == constants => directions[n] / fit.sigmas_n[n],
-            // the fitted force, not the measured one: its noise would be in the column
+            // the fitted force, not the measured one, whose noise would be in the column
             _ => directions[n] * (cells[n].force_n - fit.residuals_n[n]) / fit.sigmas_n[n],
         });
         let target = DVector::from_fn(cells.len(), |n, _| fit.residuals_n[n] / fit.sigmas_n[n]);
@@ -65,7 +65,7 @@ impl Asymmetry {
         })
     }
 
-    /// The cells without it.
+    /// The cells with the asymmetry removed.
     pub fn taken_off(&self, cells: &[Cell]) -> Vec<Cell> {
         let even = |c: &Cell| {
             let d = c.direction.signum();

@@ -1,16 +1,16 @@
-//! What strokes at known load cannot determine, in words.
+//! Doubts: what strokes at known load cannot determine, in words.
 //!
-//! Some of it follows from the uncertainties of the fit, some from which loads, temperatures and directions there are:
-//! a constant drag of the seals and μ_c Q are the same at one load, whatever the noise.
+//! Some follow from the uncertainties of the fit, others from which loads, temperatures and directions were measured: a
+//! constant seal drag and μ_c Q are indistinguishable at one load, whatever the noise.
 
 use crate::cell::Cell;
 use crate::fit::{FrictionFit, NAMES};
 use crate::levels::levels;
 
-/// Correlation from which two constants are named together.
+/// Correlation from which two constants are reported together.
 const TOGETHER: f64 = 0.9;
 
-/// One thing that the strokes leave open.
+/// One thing that the strokes leave undetermined.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Doubt {
     /// Short name for programs.
@@ -19,7 +19,7 @@ pub struct Doubt {
     pub text: String,
 }
 
-/// Everything that is left open.
+/// Everything that is left undetermined.
 pub fn doubts(cells: &[Cell], fit: &FrictionFit) -> Vec<Doubt> {
     let mut all = Vec::new();
     let mut say = |code, text: String| all.push(Doubt { code, text });

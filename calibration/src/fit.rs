@@ -4,9 +4,9 @@
 //! F = 4 Z_b Q (μ_c + μ_v H + μ_s e^(-k_s H)) [+ F_s [+ f_s V]]       Zhou 2023, Eq. 6 and 19; F_s, f_s: seals
 //! ```
 //!
-//! Strokes without load, or without seals, fix the drag of the seals; it is fitted along, so that its uncertainty is in
-//! that of the constants. All but k_s enter linearly: χ² is looked through over all k_s that the Hersey numbers of the
-//! data can show, then all constants are brought to the minimum together (Levenberg and Marquardt).
+//! Strokes without load, or without seals, determine the seal drag; it is fitted jointly, so that its uncertainty is
+//! included in that of the constants. All but k_s enter linearly: χ² is scanned over all k_s that the data's Hersey
+//! numbers can show, then all constants are refined jointly (Levenberg and Marquardt).
 
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use model_core::exact::Exact;
@@ -18,20 +18,20 @@ use crate::cell::Cell;
 use crate::noise::Noise;
 use crate::separable::{self, Separable};
 
-/// Fewer cells than this tell nothing about four constants and the scatter.
+/// Fewest cells that determine four constants and the scatter.
 pub const LEAST_CELLS: usize = 12;
 
-/// Places of ln k_s at which χ² is looked at.
+/// Grid points of ln k_s at which χ² is evaluated.
 const PLACES: usize = 60;
 
-/// A constant counts as determined when its standard deviation is below this part of its value: its 95 % interval then
-/// keeps well away from 0 and from twice the value.
+/// Relative standard deviation below which a constant counts as determined: its 95 % interval is then well away from 0
+/// and from twice the value.
 pub const DETERMINED: f64 = 0.4;
 
 /// Names of the constants, in the order of [`FrictionFit::values`].
 pub const NAMES: [&str; 4] = ["mu_coulomb", "mu_viscous", "mu_stribeck", "stribeck_exponent"];
 
-/// Which drag of the seals is fitted along.
+/// Seal drag that is fitted jointly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Seals {
     /// None: the forces are free of it.
@@ -68,7 +68,7 @@ pub enum NoFit {
 /// A fitted law.
 #[derive(Clone, Debug)]
 pub struct FrictionFit {
-    /// The constants. Those that the data leave open may be negative.
+    /// The constants. Those that the data do not determine may be negative.
     pub friction: Friction,
     /// Constant drag of the seals, N, where it was fitted.
     pub seal_drag_n: Option<f64>,
@@ -76,11 +76,11 @@ pub struct FrictionFit {
     pub seal_viscous_n_s_m: Option<f64>,
     /// Covariance of the constants in the order of [`NAMES`], then the seals'.
     pub covariance: DMatrix<f64>,
-    /// Scatter of the cells.
+    /// Noise law of the cells.
     pub noise: Noise,
     /// Σ (residual/σ)².
     pub chi2: f64,
-    /// -2 ln(likelihood) but for a constant: what compares two laws on the same cells.
+    /// -2 ln(likelihood) up to a constant: for comparing two laws on the same cells.
     pub deviance: f64,
     /// Measured less fitted, N, cell by cell.
     pub residuals_n: Vec<f64>,
@@ -90,7 +90,8 @@ pub struct FrictionFit {
 }
 
 impl FrictionFit {
-    /// Fits the law of `model`'s geometry and convention to cells; `scale` turns cSt into the model's viscosity number.
+    /// Fits the law with `model`'s geometry and convention to cells; `scale` converts cSt to the model's viscosity
+    /// number.
     ///
     /// # Errors
     /// [`NoFit`].
@@ -103,7 +104,7 @@ impl FrictionFit {
         let mut noise = Noise { relative: 0.01, absolute_n: 0.0 };
         let mut problem = Grid::of(cells, model, scale, seals);
         let mut parameters = Vec::new();
-        // the noise law and the constants in turn: two rounds settle it, the others cost little
+        // noise law and constants alternately: two rounds suffice, the others cost little
         for _ in 0..6 {
             problem.sigmas =
                 cells.iter().map(|c| if is_known { c.sigma_n } else { noise.sigma_n(c.force_n).max(1e-9) }).collect();
@@ -161,7 +162,7 @@ impl FrictionFit {
         self.sigma(n) < DETERMINED * self.constant(n).abs()
     }
 
-    /// ∂(fitted/σ)/∂(constant): a row a cell, a column a constant in the order of the covariance.
+    /// ∂(fitted/σ)/∂(constant): one row per cell, one column per constant in the order of the covariance.
     pub fn tangent(&self) -> DMatrix<f64> {
         let constants: Vec<f64> = (0..self.covariance.nrows()).map(|n| self.constant(n)).collect();
         self.problem.jacobian(&constants)
@@ -181,7 +182,7 @@ impl FrictionFit {
         variance.max(0.0).sqrt() / f.coefficient(hersey).abs()
     }
 
-    /// Degrees of freedom that are left.
+    /// Residual degrees of freedom.
     pub fn freedom(&self) -> usize {
         self.residuals_n.len() - self.covariance.nrows()
     }
@@ -192,11 +193,11 @@ impl FrictionFit {
 pub(crate) struct Grid {
     normal: Vec<f64>,
     hersey: Vec<f64>,
-    /// 1 and the speed where the block wore seals, 0 where not.
+    /// 1 and the speed where the block had its seals on, 0 where not.
     seals: Vec<[f64; 2]>,
     forces: Vec<f64>,
     sigmas: Vec<f64>,
-    /// Hersey numbers are counted in this unit, so that all columns are of one size.
+    /// Unit of the Hersey numbers, chosen so that all columns are of similar size.
     unit: f64,
     fitted: Seals,
 }
@@ -216,14 +217,14 @@ impl Grid {
         }
     }
 
-    /// ln k_s (in units of 1/`unit`) that these Hersey numbers can show: from a curve that has fallen by a fiftieth at
-    /// the largest, to one that has fallen to nothing at the smallest.
+    /// Range of ln k_s (in units of 1/`unit`) that these Hersey numbers can show: from a curve that has fallen by a
+    /// fiftieth at the largest, to one that has fallen to nothing at the smallest.
     pub(crate) fn range(&self) -> (f64, f64) {
         let least = self.hersey.iter().copied().filter(|h| *h > 0.0).fold(1.0, f64::min);
         ((0.02f64).ln(), (5.0 / least).ln())
     }
 
-    /// Unit in which Hersey numbers are counted here.
+    /// Unit of the Hersey numbers here.
     pub(crate) fn unit(&self) -> f64 {
         self.unit
     }
@@ -231,11 +232,11 @@ impl Grid {
     /// The constants in SI, the seals' last.
     fn minimum(&self) -> Result<Vec<f64>, NoFit> {
         let (x, fit) = separable::least(self, self.range(), PLACES, None).ok_or(NoFit::Degenerate)?;
-        // k_s takes the place before the seals
+        // k_s comes before the seals
         let mut start = fit.parameters;
         start.insert(3, x);
         let start = DVector::from_vec(start);
-        // parameters scaled to one: the library judges steps against their size
+        // parameters are scaled to 1, because the library judges steps relative to their size
         let scales = start.map(|p: f64| if p == 0.0 { 1.0 } else { p.abs() });
         let descent = Descent { grid: self, scales: scales.clone(), at: start.component_div(&scales) };
         let (end, _) = LevenbergMarquardt::new().with_ftol(1e-15).with_xtol(1e-14).with_gtol(1e-14).minimize(descent);
@@ -289,7 +290,7 @@ impl Separable for Grid {
     }
 }
 
-/// The last steps to the minimum, all constants together: μ_c, μ_v, μ_s, ln k_s and the seals' in units of their start.
+/// Final joint descent to the minimum: μ_c, μ_v, μ_s, ln k_s and the seals' constants in units of their start values.
 struct Descent<'a> {
     grid: &'a Grid,
     scales: DVector<f64>,

@@ -1,9 +1,9 @@
-//! Intervals that hold where a constant is known badly, too: by the profile of the likelihood.
+//! Profile-likelihood intervals, which hold for badly determined constants as well.
 //!
-//! A constant is held at a value, all others are fitted again; the values at which χ² has risen by t² end the interval
-//! that holds the truth with the probability of |Student's t| below t. Where the law is nearly linear this is the usual
-//! ±t σ; where it bends, the two ends lie at different distances, and where the data leave a constant open there is no
-//! end at all.
+//! A constant is held at a value and all others are refitted; the values at which χ² has risen by t² are the ends of
+//! the interval, with the probability of |Student's t| below t. Where the law is nearly linear this is the usual ±t σ;
+//! where it is not, the two ends are at different distances, and where the data do not determine a constant there is no
+//! end.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -12,10 +12,10 @@ use crate::fit::FrictionFit;
 use crate::fit::NAMES;
 use crate::separable;
 
-/// So many times as far as expected, an end is looked for.
+/// Distance up to which an end is searched, as a multiple of the expected distance.
 const FARTHEST: f64 = 40.0;
 
-/// Where a constant lies, with a stated probability. An end that the data do not give is infinite.
+/// Interval of a constant with a stated probability. An end that the data do not determine is infinite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
     /// Lower end.
@@ -32,9 +32,10 @@ impl Interval {
 }
 
 impl FrictionFit {
-    /// The interval of a constant, in the order of [`NAMES`], then the seals', that holds the truth with `probability` (0 to 1).
+    /// The interval of a constant, in the order of [`NAMES`], then the seals', that contains the truth with
+    /// `probability` (0 to 1).
     pub fn interval(&self, constant: usize, probability: f64) -> Interval {
-        // a law of 1 or more degrees of freedom always exists
+        // always exists with 1 or more degrees of freedom
         let Ok(student) = StudentsT::new(0.0, 1.0, self.freedom().max(1) as f64) else {
             return Interval { from: f64::NEG_INFINITY, to: f64::INFINITY };
         };
@@ -42,10 +43,10 @@ impl FrictionFit {
         Interval { from: self.end(constant, -1.0, t), to: self.end(constant, 1.0, t) }
     }
 
-    /// Where χ² has risen by t² on one side.
+    /// The value on one side at which χ² has risen by t².
     fn end(&self, constant: usize, side: f64, t: f64) -> f64 {
         let (value, sigma) = (self.constant(constant), self.sigma(constant));
-        // of k_s the logarithm is stepped in: it stays positive and bends less
+        // k_s is stepped in its logarithm, which keeps it positive and the law closer to linear
         let place = |u: f64| match constant {
             3 => value * (side * u * sigma / value).exp(),
             _ => value + side * u * sigma,
@@ -59,7 +60,7 @@ impl FrictionFit {
                 _ => (inside, outside) = (outside, 1.6 * outside),
             }
         }
-        // a hundredth of a standard deviation is closer than anybody can see
+        // to a hundredth of a standard deviation
         while outside - inside > 1e-2 {
             let middle = 0.5 * (inside + outside);
             match rise(middle) {
@@ -70,19 +71,19 @@ impl FrictionFit {
         place(0.5 * (inside + outside))
     }
 
-    /// Least χ² with one constant held, `None` where the rest is not determined then.
+    /// Least χ² with one constant held; `None` where the others are not determined then.
     fn chi2_at(&self, constant: usize, value: f64) -> Option<f64> {
         let (grid, unit) = (&self.problem, self.problem.unit());
         if constant == 3 {
             return separable::linear(grid, (value * unit).ln(), None).map(|fit| fit.chi2);
         }
-        // k_s is none of the linear ones
+        // k_s is not among the linear parameters
         let held = match constant {
             1 => Some((1, value * unit)),
             0 | 2 => Some((constant, value)),
             seal => Some((seal - 1, value)),
         };
-        // k_s moves a few of its standard deviations at most while another constant moves as many of its own
+        // while another constant moves by several standard deviations, k_s moves by a few of its own at most
         let (centre, reach) =
             ((self.values()[3] * unit).ln(), (8.0 * self.sigma(3) / self.values()[3]).clamp(0.2, 3.0));
         let (from, to) = ((centre - reach).max(grid.range().0), (centre + reach).min(grid.range().1));

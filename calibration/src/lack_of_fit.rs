@@ -1,4 +1,4 @@
-//! Whether a fitted law leaves a pattern: strokes that ought to be the same against those that the law calls different.
+//! Lack of fit: whether a fitted law leaves a pattern, by the scatter of repeated strokes against that between groups.
 //!
 //! ```text
 //! F = (Σ n_g m_g²/(groups - p)) / (Σ (e - m_g)²/(n - groups))        m_g: mean residual of a group of equal strokes
@@ -8,9 +8,9 @@ use std::collections::BTreeMap;
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-/// Probability of a pattern this strong by chance. `None` where no stroke was repeated, or too few.
+/// p-value of the F statistic. `None` where no stroke was repeated, or too few.
 ///
-/// `residuals` are those over σ, `groups` say which strokes repeat one another, `parameters` how many were fitted.
+/// `residuals`: divided by σ; `groups`: index of repeated strokes; `parameters`: number of fitted parameters.
 pub fn p_value(residuals: &[f64], groups: &[usize], parameters: usize) -> Option<f64> {
     let mut sums: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
     for (e, g) in residuals.iter().zip(groups) {

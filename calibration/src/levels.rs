@@ -1,7 +1,7 @@
-//! Which measured speeds or loads are meant to be the same.
+//! Levels: measured speeds or loads that were meant to be equal.
 
-/// Two values closer than this part of the larger one belong together. A rig's speeds and loads are set to a few
-/// percent, and its steps are wider.
+/// Relative difference below which two values belong together. A rig's speeds and loads are set to a few percent, and
+/// its steps are wider.
 const APART: f64 = 0.05;
 
 /// Level of every value, and the mean of each level in rising order.
@@ -12,7 +12,7 @@ pub fn levels(values: &[f64]) -> (Vec<usize>, Vec<f64>) {
     let mut from = 0;
     while from < order.len() {
         let mut to = from + 1;
-        // counted from the lowest of the level: a ladder of small steps is not one level
+        // relative to the lowest of the level: a ladder of small steps is not one level
         let lowest = values[order[from]];
         while to < order.len() && values[order[to]] - lowest <= APART * values[order[to]].abs() {
             to += 1;

@@ -1,4 +1,4 @@
-//! How far measured drag forces scatter, from the residuals of a fit.
+//! Noise law: scatter of measured drag forces, from the residuals of a fit.
 //!
 //! ```text
 //! σ² = (r F)² + s²      r: part of the force, s: N
@@ -23,13 +23,13 @@ impl Noise {
 
     /// The most likely law of `residuals_n` at `forces_n`, for a fit that took `parameters` degrees of freedom.
     ///
-    /// For a fixed ratio t = r/s the likelihood is greatest at `s² = mean(ε²/(1 + t² F²))·n/(n - p)`, which leaves one
-    /// number to look for.
+    /// For a fixed ratio t = r/s the likelihood is greatest at `s² = mean(ε²/(1 + t² F²))·n/(n - p)`, which leaves a
+    /// search over one number.
     pub fn of(residuals_n: &[f64], forces_n: &[f64], parameters: usize) -> Self {
         let n = residuals_n.len() as f64;
         let freedom = (n - parameters as f64).max(1.0);
         let typical = (forces_n.iter().map(|f| f * f).sum::<f64>() / n).sqrt().max(1e-12);
-        // t·F from 1e-3 to 1e3 at the typical force: beyond, one of the two parts does nothing
+        // t·F from 1e-3 to 1e3 at the typical force: beyond that one of the two parts has no effect
         let square = |t: f64| {
             let sum: f64 = residuals_n.iter().zip(forces_n).map(|(e, f)| e * e / (1.0 + t * t * f * f)).sum();
             sum / freedom
@@ -37,7 +37,7 @@ impl Noise {
         let cost = |ln_t: f64| {
             let t = ln_t.exp() / typical;
             let spread: f64 = forces_n.iter().map(|f| (1.0 + t * t * f * f).ln()).sum();
-            // restricted likelihood: the fit has taken its share of the residuals
+            // restricted likelihood: the fit has absorbed its share of the residuals
             freedom * square(t).ln() + spread * freedom / n
         };
         let places: Vec<f64> = (0..25).map(|k| -6.9 + 13.8 * f64::from(k) / 24.0).collect();

@@ -4,8 +4,8 @@
 //! y_i = Σ_j β_j c_ij(κ) + ε_i,   ε_i of standard deviation σ_i
 //! ```
 //!
-//! For every κ the β follow from a linear fit, so that χ²(κ) is a curve: it is looked through as a whole, and no start
-//! value decides which of its valleys is found (variable projection, Golub and Pereyra 1973).
+//! For every κ the β follow from a linear fit, so that χ²(κ) is a curve: it is scanned as a whole, and no start value
+//! decides which of its minima is found (variable projection, Golub and Pereyra 1973).
 
 /// A problem of that kind. All rows are already divided by their standard deviation.
 pub(crate) trait Separable {
@@ -26,16 +26,16 @@ pub(crate) struct LinearFit {
     pub(crate) chi2: f64,
 }
 
-/// Linear parameters that there can be.
+/// Most linear parameters.
 const MOST: usize = 5;
 
-/// Pivot, of columns scaled to unit length, below which they count as the same.
+/// Pivot, for columns scaled to unit length, below which they count as collinear.
 const SAME: f64 = 1e-13;
 
-/// Solves the linear part, one linear parameter held where told. `None` where the columns do not determine it.
+/// Solves the linear part, with one linear parameter optionally held. `None` where the columns do not determine it.
 ///
-/// By the normal equations of columns of unit length: good to 1e-9, which the search over κ needs; the last digits come
-/// from the descent of all parameters together.
+/// By the normal equations of columns of unit length: accurate to 1e-9, enough for the search over κ; the joint descent
+/// of all parameters gives the last digits.
 pub(crate) fn linear(problem: &impl Separable, ln_kappa: f64, held: Option<(usize, f64)>) -> Option<LinearFit> {
     let all = problem.linear().min(MOST);
     let mut gram = [[0.0; MOST]; MOST];
@@ -97,9 +97,9 @@ pub(crate) fn linear(problem: &impl Separable, ln_kappa: f64, held: Option<(usiz
     Some(LinearFit { parameters, chi2: (square - explained).max(0.0) })
 }
 
-/// Where χ² over ln κ is least between two ends, and the fit there.
+/// The ln κ of least χ² between two limits, and the fit there.
 ///
-/// `places` evenly spread places are looked at, then the surroundings of the best by golden section.
+/// Evaluates `places` evenly spaced points, then refines around the best one by golden section.
 pub(crate) fn least(
     problem: &impl Separable,
     range: (f64, f64),
@@ -118,7 +118,7 @@ pub(crate) fn least(
     linear(problem, x, held).map(|fit| (x, fit))
 }
 
-/// Golden section: the place of the least value of a function with one valley, to `width`.
+/// Golden section: the minimum of a function with a single minimum, to within `width`.
 pub(crate) fn golden(mut from: f64, mut to: f64, width: f64, f: impl Fn(f64) -> f64) -> f64 {
     const SHARE: f64 = 0.618_033_988_749_894_9;
     let (mut a, mut b) = (to - SHARE * (to - from), from + SHARE * (to - from));

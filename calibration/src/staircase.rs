@@ -1,13 +1,13 @@
-//! One preload from the drag at many speeds, the friction law known.
+//! Preload from the drag at many speeds, with a known friction law.
 //!
 //! ```text
 //! minimise  Σ ((F_i - F_seal - D(F_p; ν_i, V_i))/σ_i)²       over ln F_p and, where asked, F_seal
 //! ```
 //!
 //! D is Eq. 21 of Zhou 2023 through the exact geometry; its derivative `dD/dlnF_p = D·(dlnF_f/dlnQ)/(dlnF_p/dlnQ)` is
-//! exact too, so that Gauss and Newton's steps converge in a handful. The speed decides how much of a constant seal
-//! drag can be told from preload: with the paper's curve, 20 speeds of 0.1 to 6 m/min and a noise of 1 % + 0.1 N, F_p
-//! is known to 0.35 % with the seals known and to 2.3 % with their constant fitted along (physics.md E.4).
+//! exact too, so that Gauss-Newton steps converge in a handful. The range of speeds decides how well a constant seal
+//! drag is distinguished from preload: with the paper's curve, 20 speeds of 0.1 to 6 m/min and a noise of 1 % + 0.1 N,
+//! F_p is known to 0.35 % with known seals and to 2.3 % with their constant fitted jointly (physics.md E.4).
 
 use simulation::guide::GuideSet;
 
@@ -24,18 +24,18 @@ pub struct Step {
     pub speed_m_s: f64,
     /// Viscosity of the oil, cSt.
     pub viscosity_cst: f64,
-    /// Drag force against the motion, N; viscous seal drag already taken off.
+    /// Drag force against the motion, N; viscous seal drag already subtracted.
     pub drag_n: f64,
     /// Its standard deviation, N, above 0.
     pub sigma_n: f64,
 }
 
-/// What is known of the constant drag of the seals.
+/// Knowledge of the constant seal drag.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Seals {
-    /// This many newtons.
+    /// Known, N.
     Known(f64),
-    /// Nothing: fitted along with the preload. Its sign is left free, so that its interval means what it says.
+    /// Unknown: fitted jointly with the preload. Its sign is left free, so that its interval is valid.
     Fitted,
 }
 
@@ -50,7 +50,7 @@ pub struct Fitted {
     pub interval: [f64; 2],
 }
 
-/// What a staircase says.
+/// Result of a staircase.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Staircase {
     /// Preload, N. Its interval is that of ln F_p.
@@ -59,14 +59,15 @@ pub struct Staircase {
     pub seal_drag_n: Option<Fitted>,
     /// Residual of every step over its σ, in the order given.
     pub residuals: Vec<f64>,
-    /// Sum of squared residuals over the degrees of freedom; the intervals are widened by its root where it is above 1.
+    /// Sum of squared residuals over the degrees of freedom; where it is above 1, the intervals are widened by its
+    /// root.
     pub chi2_per_freedom: f64,
 }
 
-/// Why a staircase tells no preload.
+/// Why a staircase does not determine the preload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Unfit {
-    /// Not more steps than numbers to be fitted.
+    /// Too few steps for the numbers to be fitted.
     #[error("{steps} speeds are too few; {needed} are needed")]
     TooFew {
         /// Steps that were given.
@@ -77,10 +78,10 @@ pub enum Unfit {
     /// A step has a number that is not finite, or a σ that is not above 0.
     #[error("speed number {0} has a drag, speed, viscosity or deviation that cannot be used")]
     BadStep(usize),
-    /// No preload makes such forces: the seals alone explain them, or the geometry has no load for them.
+    /// No preload gives these forces: the seals alone explain them, or the geometry carries no such load.
     #[error("no preload within the contact's geometry makes these forces")]
     NoPreload,
-    /// The speeds do not tell preload and seals apart.
+    /// The speeds do not distinguish preload and seals.
     #[error("these speeds do not tell the preload from the drag of the seals; take a wider range of speeds")]
     NotSeparable,
 }
@@ -106,7 +107,7 @@ pub fn fit(set: &GuideSet, steps: &[Step], seals: Seals) -> Result<Staircase, Un
     let mut now = Normal::of(set, steps, ln_p, seal).ok_or(Unfit::NoPreload)?;
     for _ in 0..60 {
         let (by_p, by_seal) = now.step(seals).ok_or(Unfit::NotSeparable)?;
-        // halved until it helps: far from the answer the law is not straight
+        // halved until it helps: far from the solution the law is not linear
         let mut scale = 1.0;
         let better = loop {
             let (p, s) = (ln_p + scale * by_p, seal + scale * by_seal);
@@ -116,7 +117,7 @@ pub fn fit(set: &GuideSet, steps: &[Step], seals: Seals) -> Result<Staircase, Un
                 _ => scale *= 0.5,
             }
         };
-        // no direction leads down any more: this is the least
+        // no direction leads down any more: this is the minimum
         let Some((p, s, next)) = better else { break };
         (ln_p, seal, now) = (p, s, next);
         if (scale * by_p).abs() < CONVERGED {
@@ -145,7 +146,7 @@ pub fn fit(set: &GuideSet, steps: &[Step], seals: Seals) -> Result<Staircase, Un
     })
 }
 
-/// Median of what the single steps say, as ln F_p.
+/// Median of the preloads from single steps, as ln F_p.
 fn start(set: &GuideSet, steps: &[Step], seal: f64) -> Option<f64> {
     let scale = set.hersey_scale();
     let single = |s: &Step| set.exact().working_point(s.drag_n - seal, s.viscosity_cst * scale, s.speed_m_s);
@@ -158,7 +159,7 @@ fn start(set: &GuideSet, steps: &[Step], seal: f64) -> Option<f64> {
 struct Normal {
     chi2: f64,
     residuals: Vec<f64>,
-    /// of squared derivatives by ln F_p and by the seal, and of their product
+    /// of squared derivatives with respect to ln F_p and the seal drag, and of their product
     pp: f64,
     ss: f64,
     ps: f64,
@@ -202,7 +203,7 @@ impl Normal {
         Some(sums)
     }
 
-    /// Determinant over the product of the diagonal: 1 less the squared correlation.
+    /// Determinant relative to the product of the diagonal: 1 less the squared correlation.
     fn determinant(&self) -> Option<f64> {
         let determinant = self.pp * self.ss - self.ps * self.ps;
         (determinant > 1e-9 * self.pp * self.ss).then_some(determinant)
@@ -232,7 +233,7 @@ mod tests {
 
     const SPEEDS: usize = 20;
 
-    /// Numbers of a normal distribution: the sum of twelve even ones, from a linear congruence.
+    /// Approximately normal numbers: sums of twelve uniform ones from a linear congruence.
     struct Noise(u64);
 
     impl Noise {

@@ -1,11 +1,11 @@
-//! A friction law from statements about friction coefficients: "0.00166 at 500 N and 0.6 m/min", "as large at 2 as at
-//! 6 m/min". What a text says of measurements that it does not print can be held against a law like this.
+//! A friction law from statements about friction coefficients: "0.00166 at 500 N and 0.6 m/min", "as large at 2 as at 6
+//! m/min". Statements in a text about measurements that it does not print can be tested against such a law.
 //!
 //! ```text
-//! μ(Q, V) = μ_c + μ_v H + μ_s e^(-k_s H) + F_x(Q, V)/(4 Z_b Q)         all constants above 0, F_x one more drag
+//! μ(Q, V) = μ_c + μ_v H + μ_s e^(-k_s H) + F_x(Q, V)/(4 Z_b Q)         all constants above 0, F_x: an additional drag
 //! ```
 //!
-//! Residuals are differences of ln μ over the tolerance of the statement.
+//! Residuals are differences of ln μ, divided by the tolerance of the statement.
 
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use model_core::exact::Exact;
@@ -16,7 +16,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 /// A working point: load per ball, N, and speed, m/s.
 pub type Point = (f64, f64);
 
-/// Something that is said of friction coefficients. The tolerance is that of ln μ, 1 σ.
+/// A statement about friction coefficients. The tolerance is that of ln μ, 1 σ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Statement {
     /// The friction coefficient at a point.
@@ -27,7 +27,7 @@ pub enum Statement {
     Above(Point, Point, f64, f64),
 }
 
-/// A drag beside Eq. 19, N, for an amplitude of 1.
+/// A drag in addition to Eq. 19, N, for an amplitude of 1.
 pub type Beyond<'a> = &'a dyn Fn(Point) -> f64;
 
 /// The law that fits best.
@@ -37,7 +37,7 @@ pub struct Fitted {
     pub chi2: f64,
     /// Statements less constants.
     pub freedom: usize,
-    /// Probability that statements which the law can meet miss it by as much.
+    /// p-value of χ² if the law holds.
     pub p_value: f64,
     /// Amplitude of the drag beside Eq. 19; 0 without one.
     pub amplitude: f64,
@@ -49,9 +49,10 @@ pub struct Fitted {
 const STARTS: [f64; 9] = [-3.0, -2.0, -1.0, 0.0, 0.7, 1.4, 2.1, 3.0, 4.0];
 const SHARES: [f64; 3] = [0.02, 0.2, 0.7];
 
-/// Fits Eq. 19 in `model`'s geometry and convention, at viscosity number `viscosity`, with one drag beside it.
+/// Fits Eq. 19 with `model`'s geometry and convention, at viscosity number `viscosity`, with an optional additional
+/// drag.
 ///
-/// `None` when there are no more statements than constants.
+/// `None` unless there are more statements than constants.
 pub fn fit(statements: &[Statement], model: &Exact, viscosity: f64, beyond: Option<Beyond<'_>>) -> Option<Fitted> {
     let constants = 4 + usize::from(beyond.is_some());
     let freedom = statements.len().checked_sub(constants).filter(|f| *f > 0)?;
@@ -142,7 +143,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Statements<'_> {
     type JacobianStorage = Owned<f64, Dyn, Dyn>;
 
     fn set_params(&mut self, x: &DVector<f64>) {
-        // beyond e^±60 a constant does nothing, or everything
+        // beyond e^±60 a constant has no effect, or dominates
         self.at = x.map(|x| x.clamp(-60.0, 60.0));
     }
 
