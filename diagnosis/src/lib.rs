@@ -19,6 +19,21 @@
 //!
 //! Each module uses those below it and none above.
 //!
+//! Terms that all of them use:
+//!
+//! ```text
+//! mismatch      recording less simulation; residual: what a fit leaves of it
+//! cause         a mechanism of the library, a shift (parameter of the law that is off) or an unnamed curve
+//! form          an equation of a mechanism, linear in its amplitudes, with a few shape parameters
+//! column        force of one amplitude of 1, row by row; whitened: behind the noise filter
+//! tangent       columns of the law's own parameters: derivatives of its force
+//! member        a cause that the search has taken up; rival: one that does as well in its place
+//! nats          evidence: gain in log likelihood; score: the same less the cost of the parameters
+//! locks         two tests of an effect that must agree
+//! leavings      what the form of a true cause may leave of its force
+//! opened trial  a sealed trial (docs/trials) after its answers were read: thresholds are read off these
+//! ```
+//!
 //! No file is opened, nothing is printed, and nothing is random but the bootstrap, which is seeded.
 #![forbid(unsafe_code)]
 #![allow(clippy::neg_cmp_op_on_partial_ord, reason = "what is not a number must fall on the side of refusal")]

@@ -91,7 +91,7 @@ impl Pool {
         pool
     }
 
-    /// The same for another bench of the same runs and the same noise: columns stay, the law is another.
+    /// The same for another bench of the same runs and the same noise: columns are kept, those of the law are renewed.
     pub(crate) fn again(mut self, bench: &Bench<'_>, tolerances: &Tolerances<'_>) -> Self {
         self.causes.retain(|candidate| !candidate.source.is_shift());
         self.causes.iter_mut().chain(&mut self.stories).for_each(Candidate::forget);

@@ -474,7 +474,7 @@ mod tests {
         }
         // few differences determine the slowest part: it is overestimated on purpose
         assert!(whitening.power(0.0) > 0.4, "{}", whitening.power(0.0));
-        // what leads across them would
+        // bridges across them would
         let mut bridged = white(20_000, 5);
         (0..bridged.len()).filter(|n| is_missing(*n)).for_each(|n| bridged[n] = 6.0);
         assert!(Whitening::of(&[bridged], MAX_ORDER, &[]).power(0.0) < 0.2);

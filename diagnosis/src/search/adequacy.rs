@@ -9,8 +9,8 @@
 //! unevenness = (Σ_b (r·g)_b²/(g·g)_b - blocks) / (g·g)
 //! ```
 //!
-//! The numerator is what one amplitude per block would explain beyond the single amplitude (squared, `g·g`); noise
-//! alone would explain 1 per block.
+//! The sum is what one amplitude per block would explain beyond the single amplitude, which explains `g·g`; noise alone
+//! would explain 1 per block.
 //!
 //! Where a cause's form states how its force grows with the load, a force that grows otherwise is another cause: see
 //! [`load_law`](crate::search::load_law).

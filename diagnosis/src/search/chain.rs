@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! it hardly changes along the rail                              a seal and an offset, no chain
-//! mean pull / half of what it changes by over the stroke  ~ 0   a chain that hangs evenly about its middle
+//! mean pull / half of its change over the stroke          ~ 0   a chain that hangs evenly about its middle
 //!                                                         ~ 1   one that pulls at one end only
 //!                                                        else   a chain, and an offset or a tilt beside it
 //! ```
@@ -129,7 +129,7 @@ mod tests {
         assert!(own([-2.0, 3.0, 0.3], 0.1, 1.1));
         assert!(own([-0.3, 3.0, 0.0], 0.1, 1.1));
         assert!(own([3.3, -3.0, 0.0], 0.1, 1.1));
-        // with half as much again, and with far more than it changes by
+        // with half as much again, and with far more than its change
         assert!(!own([-1.0, 3.0, 0.0], 0.1, 1.1));
         assert!(!own([-2.6, 3.0, 0.0], 0.1, 1.1));
         assert!(!own([5.0, 0.2, 0.0], 0.1, 1.1));

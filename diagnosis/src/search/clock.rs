@@ -64,7 +64,7 @@ const FLANK: usize = PADDED as usize * ORDERS;
 /// explains.
 const IMITATED: f64 = 4.0;
 
-/// Carriers of what may repeat.
+/// Carriers of periodic effects.
 const CARRIERS: [Carrier; 3] = [Carrier::Odd, Carrier::Drag, Carrier::Even];
 
 /// Number of frequencies at which the size of waves is computed.
