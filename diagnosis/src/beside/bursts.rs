@@ -26,8 +26,8 @@ const FEWEST_ROWS: usize = 8;
 const FEWEST: usize = 12;
 
 /// Distance from the neighbours, in units of the scale of averages, from which one stands out. None of 900 averages of
-/// Gaussian noise is beyond 5, and a scale from few averages is off by a sixth. Of 114 clean opened recordings (trial
-/// 11) none has more than one average that brakes beyond two for every one that pushes.
+/// Gaussian noise is beyond 5, and a scale from few averages is off by a sixth. Of 114 clean recordings of the opened
+/// trial 11 none has more than one average that brakes beyond two for every one that pushes.
 const OUTSTANDING: f64 = 6.0;
 const OUTSTANDING_OF_NOISE: f64 = 5.0;
 
