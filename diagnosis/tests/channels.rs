@@ -365,6 +365,28 @@ fn the_interval_of_a_number_that_is_off_knows_of_those_beside_it() {
     }
 }
 
+/// What follows a temperature that stays as it is follows any constant: nothing tells it from the viscosity itself.
+#[test]
+fn a_viscosity_that_is_off_is_no_effect_of_a_temperature_that_does_not_change() {
+    let assumed = simulation("");
+    for viscosity_cst in [50.0, 250.0] {
+        let given = GUIDE.replace("viscosity_cst = 100.0", &format!("viscosity_cst = {viscosity_cst}"));
+        let oil = Simulation::from_toml(&given).unwrap();
+        let course = Staircase::default().course(50.0, &Conditions { temperature_degc: Some(30.0), ..USUAL }).unwrap();
+        let run = recorded(&oil, course, nothing);
+        let found = outcome(&run, &assumed).diagnosis;
+        assert_eq!(ids(&found), ["parameter-shift"], "{viscosity_cst} cSt");
+        assert_eq!(found.mechanisms[0].parameters[0].name, "viscosity", "{viscosity_cst} cSt");
+        assert!(
+            found.holdout.rmse_calibrated_n <= found.holdout.rmse_before_n,
+            "{viscosity_cst} cSt: {:?}",
+            found.holdout
+        );
+        let off = viscosity_cst / 100.0 - 1.0;
+        assert!((number(&found) - off).abs() < 0.1 * off.abs(), "{viscosity_cst} cSt: {}", number(&found));
+    }
+}
+
 /// A law of which two numbers nearly imitate one another, far off: how cells are rounded decides what a straight line leads
 /// to, and must not decide what is found.
 #[test]

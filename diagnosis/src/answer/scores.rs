@@ -16,6 +16,7 @@ use crate::fit::spectrum::wavelength_m;
 use crate::noise::rows::Rows;
 use crate::nominal::Nominal;
 use crate::numbers::linear::{Cholesky, Symmetric, dot};
+use crate::numbers::statistics::rms;
 use crate::recording::moving::Moving;
 use crate::recording::side::Side;
 use crate::report::{Carried, DataQuality, Holdout};
@@ -47,12 +48,13 @@ pub(crate) fn score(
     aside: &Aside<'_>,
     seed: u64,
 ) -> Result<Proof, String> {
+    let given = if nominal.is_incomplete() { law_only.to_vec() } else { nominal.start() };
     let scene = Scene {
         nominal,
         found,
         play: aside.play,
-        law_only,
-        given: if nominal.is_incomplete() { law_only.to_vec() } else { nominal.start() },
+        law_only: &nearer(nominal, side, split, &given, law_only)?,
+        given,
         is_relative: simulation.axis.position_reference == PositionReference::Relative,
     };
     let own = scene.stages(side, false)?;
@@ -77,6 +79,24 @@ pub(crate) fn score(
     let description = format!("{} other recording(s): {}", holdout.len(), names.join(", "));
     let holdout = Holdout { description, ..score };
     Ok(Proof { holdout, carried, own, averaged: scored.decimation() })
+}
+
+/// The numbers of the law that leave the smaller RMS on the rows that taught: as given, or as calibrated. Calibration weighs by
+/// the noise, which holds what is missing as well, and an improvement is not to be claimed over a law that it has made worse.
+fn nearer(
+    nominal: &Nominal,
+    side: &Side<'_>,
+    split: &Split,
+    given: &[f64],
+    calibrated: &[f64],
+) -> Result<Vec<f64>, String> {
+    let left_n = |values: &[f64]| {
+        let left = side.residual(nominal, values)?;
+        let rows =
+            left.iter().zip(&side.compared).zip(&split.held).filter(|((_, compared), held)| **compared && !**held);
+        Ok::<f64, String>(rms(&rows.map(|((left, _), _)| *left).collect::<Vec<_>>()))
+    };
+    Ok(if left_n(calibrated)? > left_n(given)? { given } else { calibrated }.to_vec())
 }
 
 struct Scene<'a> {

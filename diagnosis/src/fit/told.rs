@@ -1,17 +1,28 @@
-//! What the runs can show at all: the lengths that they pass over, and preloads that differ.
+//! What the runs can show at all: the lengths that they pass over, and preloads and temperatures that differ.
 
-use simulation::mechanism::{Context, Search};
+use simulation::mechanism::{Context, Id, Search};
+use simulation::run::Run;
 
 use crate::fit::source::Source;
 
 /// Ratio of largest to least preload from which forms that differ by their load are told apart.
 const SEVERAL: f64 = 1.3;
 
+/// Range of a temperature, K, from which a cause that follows it is told from a number of the law that is off: about what two
+/// sensors differ by, and a hundredth of the friction by way of the oil. A constant temperature is a constant factor.
+const WARMED_K: f64 = 0.5;
+
+/// Share of the rows that a range of temperatures leaves out at either end: single readings are no warming.
+const LEFT_OUT: f64 = 0.02;
+
 /// See the module.
 pub(super) struct Told {
     /// Whether preloads differ so much that a share of the preload and a change of the interference are
     /// distinguishable.
     has_several_loads: bool,
+    /// Whether the block's temperature changes, and whether its difference to the rail's does.
+    has_warmed: bool,
+    has_warmed_unevenly: bool,
     /// Stroke and travel of the longest run, m.
     stroke_m: f64,
     travel_m: f64,
@@ -21,8 +32,11 @@ pub(super) struct Told {
 
 impl Told {
     pub(super) fn of(contexts: &[Context<'_>]) -> Self {
+        let block = |run: &Run| run.temperature_block_degc.clone();
         Told {
             has_several_loads: has_several_loads(contexts),
+            has_warmed: range_k(contexts, block) >= WARMED_K,
+            has_warmed_unevenly: range_k(contexts, block_above_rail) >= WARMED_K,
             stroke_m: contexts.iter().map(|c| length_m(ends_m([c]))).fold(0.0, f64::max),
             travel_m: contexts.iter().filter_map(|c| c.travel_m.last().copied()).fold(0.0, f64::max),
             rail_m: ends_m(contexts),
@@ -35,6 +49,11 @@ impl Told {
         let Source::Mechanism { definition, form, shape } = source else { return true };
         if definition.forms[*form].is_of_share() && !self.has_several_loads {
             return false;
+        }
+        match definition.id {
+            Id::ViscosityTemperature if !self.has_warmed => return false,
+            Id::ThermalPreload if !self.has_warmed_unevenly => return false,
+            _ => {}
         }
         definition.forms[*form].shape.iter().zip(shape).all(|(parameter, value)| match parameter.search {
             Search::AlongStroke => *value <= 2.0 * self.stroke_m,
@@ -59,4 +78,20 @@ fn has_several_loads(contexts: &[Context<'_>]) -> bool {
     let preloads = contexts.iter().flat_map(|context| &context.steady.preload_n).filter(|p| p.is_finite());
     let (least, most) = preloads.fold((f64::INFINITY, 0.0f64), |(least, most), p| (least.min(*p), most.max(*p)));
     most > SEVERAL * least
+}
+
+/// By how much the block is warmer than the rail, K.
+fn block_above_rail(run: &Run) -> Option<Vec<f64>> {
+    let (block, rail) = (run.temperature_block_degc.as_ref()?, run.temperature_rail_degc.as_ref()?);
+    Some(block.iter().zip(rail).map(|(block, rail)| block - rail).collect())
+}
+
+/// Range of a temperature over the rows of all runs that have it, but for the few at either end, K.
+fn range_k(contexts: &[Context<'_>], of: impl Fn(&Run) -> Option<Vec<f64>>) -> f64 {
+    let columns = contexts.iter().filter_map(|context| of(context.run));
+    let mut all: Vec<f64> = columns.flatten().filter(|kelvin| kelvin.is_finite()).collect();
+    let Some(last) = all.len().checked_sub(1) else { return 0.0 };
+    let few = (LEFT_OUT * all.len() as f64) as usize;
+    let mut nth = |at: usize| *all.select_nth_unstable_by(at, f64::total_cmp).1;
+    nth(last - few) - nth(few)
 }
