@@ -325,6 +325,20 @@ fn a_time_in_minutes_is_no_recording_of_a_carriage() {
 }
 
 #[test]
+fn a_force_without_its_sign_is_asked_about() {
+    let simulation = simulation("");
+    let signed = recorded(&simulation, strokes(), nothing);
+    let asks = |change: fn(f64) -> f64| {
+        let mut run = signed.clone();
+        run.drag_force_n.iter_mut().for_each(|force| *force = change(*force));
+        outcome(&run, &simulation).diagnosis.data_quality.warnings.iter().any(|line| line.contains("is it a magnitude"))
+    };
+    assert!(asks(f64::abs) && asks(|force| -force.abs()));
+    // a weight that hangs on the carriage has one sign, too, and friction in both directions
+    assert!(!asks(|force| force) && !asks(|force| force + 60.0));
+}
+
+#[test]
 fn calibration_does_not_follow_what_the_law_cannot_know() {
     // preload and friction make up for one another, and the block is off by more than either may be
     let simulation = simulation("[tolerance]\npreload = 0.05\nfriction = 0.03\nviscosity = 0.05\n");

@@ -6,7 +6,7 @@ use simulation::run::{Break, Run};
 
 use crate::noise::third_differences;
 use crate::numbers::rounding::quantum;
-use crate::numbers::statistics::robust_sigma;
+use crate::numbers::statistics::{mean, robust_sigma};
 use crate::report::DataQuality;
 
 /// Largest credible force, N: no guide carries more.
@@ -190,7 +190,35 @@ pub(crate) fn moves(run: &Run, motion: &Motion, quality: &mut DataQuality) -> Op
         let text = "the force brakes nowhere: it points along the motion; is its sign reversed?";
         quality.warnings.push(named(run, text.to_owned()));
     }
+    if is_magnitude(&run.drag_force_n, &motion.velocity_m_s) {
+        let text = "the force has one sign, and one size, in both directions: is it a magnitude? Multiply it by the sign of the \
+                    velocity";
+        quality.warnings.push(named(run, text.to_owned()));
+    }
     None
+}
+
+/// Share of the moving rows whose force has one sign from which it has no other, and difference of the mean forces of both
+/// directions, of their mean, from which friction acts: that of a magnitude is what the sensor's zero makes of it.
+const ONE_SIGN: f64 = 0.99;
+const NO_FRICTION: f64 = 0.2;
+
+/// Share of the fastest speed from which a row moves.
+const MOVING: f64 = 0.02;
+
+/// Whether a force, N, was recorded without its sign: it does not change with the direction of the velocity, m/s.
+fn is_magnitude(force_n: &[f64], velocity_m_s: &[f64]) -> bool {
+    let fastest = velocity_m_s.iter().filter(|v| v.is_finite()).fold(0.0f64, |most, v| most.max(v.abs()));
+    let moving = || force_n.iter().zip(velocity_m_s).filter(|(f, v)| f.is_finite() && v.abs() > MOVING * fastest);
+    let of =
+        |forwards: bool| moving().filter(move |(_, v)| (**v > 0.0) == forwards).map(|(f, _)| *f).collect::<Vec<_>>();
+    let (forwards, backwards) = (of(true), of(false));
+    let (few, many) = (forwards.len().min(backwards.len()), forwards.len() + backwards.len());
+    let pushing = moving().filter(|(f, _)| **f > 0.0).count() as f64 / many as f64;
+    let (there, back) = (mean(&forwards), mean(&backwards));
+    10 * few > many
+        && pushing.max(1.0 - pushing) >= ONE_SIGN
+        && (there - back).abs() < NO_FRICTION * 0.5 * (there + back).abs()
 }
 
 fn named(run: &Run, text: String) -> String {

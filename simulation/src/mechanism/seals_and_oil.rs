@@ -28,7 +28,7 @@ pub(super) const SEAL_DRAG: Definition = Definition {
         },
     ],
     axis: "direction",
-    statement: "seals, wipers or the cage add a friction that depends neither on load nor on speed",
+    statement: "seals, wipers or the cage add a friction that does not depend on load, and hardly on speed",
     falsifier: "with the seals off, or at a second preload, the added friction is not the same number of newtons",
     confused_with: "Coulomb friction in the contacts, exactly so at one preload: a second preload or a run with the seals \
                     off tells; a cable chain: disconnect it",
