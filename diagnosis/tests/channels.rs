@@ -274,6 +274,17 @@ fn few_spots_are_dirt_if_they_are_high_and_none_as_high_pushes() {
     assert!(!ids(&found).contains(&"contamination"), "{:?}", ids(&found));
 }
 
+/// At one speed a length is a duration: dirt is the likelier, and what would tell is said.
+#[test]
+fn dirt_at_one_speed_is_named_with_less_confidence() {
+    let simulation = simulation("");
+    let course = Staircase { speeds_m_s: vec![0.06; 12], length_m: 0.2, order: Order::Both, ..Staircase::default() };
+    let course = course.course(1000.0, &USUAL).unwrap();
+    let found = outcome(&recorded(&simulation, course, dirt(5.0 * NOISE_N, 1.5e-3, 1.0)), &simulation).diagnosis;
+    assert_eq!(ids(&found), ["contamination"]);
+    assert!(found.mechanisms[0].confidence < 0.9 && found.mechanisms[0].statement.contains("run at another"));
+}
+
 #[test]
 fn tails_of_either_sign_and_spikes_of_one_duration_are_no_dirt() {
     let simulation = simulation("");

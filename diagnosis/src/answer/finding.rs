@@ -113,10 +113,14 @@ pub(crate) fn contamination(spots: &Spots, share: f64) -> Finding {
         ci95: [-1.96, 1.96].map(|sigmas| number.value * (sigmas * number.relative).exp()),
         unit: unit.to_owned(),
     };
+    let (confidence, beside) = match spots.are_at_one_speed {
+        true => (TRUST_IN_DOUBT, "; at one speed, pulses of one duration would look alike: run at another as well"),
+        false => (0.95, ""),
+    };
     Finding {
         id: Id::Contamination.name().to_owned(),
         kind: "physics",
-        confidence: 0.95,
+        confidence,
         equivalents: Vec::new(),
         carried_over: None,
         on_holdout: None,
@@ -126,7 +130,7 @@ pub(crate) fn contamination(spots: &Spots, share: f64) -> Finding {
             number("drag_n", spots.force_n, "N"),
         ],
         share_of_mismatch: share,
-        statement: definition(Id::Contamination).statement.to_owned(),
+        statement: definition(Id::Contamination).statement.to_owned() + beside,
     }
 }
 

@@ -66,6 +66,11 @@ const RESOLVED: f64 = 3.0;
 const FEW: usize = 6;
 const SPREAD: f64 = 0.3;
 
+/// Largest distance of the logarithms of two speeds that count as one (a drive's ripple), and the share of spots, one in
+/// so many, that may have another speed.
+const ONE_SPEED: f64 = 0.1;
+const FEW_OTHERS: usize = 10;
+
 /// Slope of log length over log speed that divides the two: 0 for one length, 1 for one duration.
 const LIKE_DURATION: f64 = 0.5;
 
@@ -104,6 +109,8 @@ pub(crate) struct Spots {
     pub(crate) force_n: Number,
     /// Squared force, summed over the spots' rows, N².
     pub(crate) squares_n2: f64,
+    /// Whether they were all rolled over at one speed, where a length is a duration.
+    pub(crate) are_at_one_speed: bool,
     /// p-value of the hypothesis that spots push as often as they brake.
     pub(crate) p: f64,
     /// Rows within reach of a spot; all runs concatenated.
@@ -271,7 +278,7 @@ fn beyond(mut scores: Vec<f64>, highest_of_others: f64) -> f64 {
 
 /// Whether spots may as well have one duration: pulses of some duration fit clearly better or, where too few spots are
 /// resolved for their lengths to tell, nearly as well. That all of them brake tells nothing: so do the bursts of a
-/// plain screw.
+/// plain screw. At one speed a length is a duration, and only a clearly better fit says that they have one.
 fn is_of_duration(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize) -> bool {
     let row_s = tracks.iter().map(|track| track.step_s).fold(f64::INFINITY, f64::min);
     let spots = &lengths[best].1.braking;
@@ -283,10 +290,19 @@ fn is_of_duration(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize) -> b
     let speeds: Vec<f64> = resolved.iter().map(|(speed, _)| *speed).collect();
     if resolved.len() < FEW || scatter(&speeds) < SPREAD {
         let variance = |spot: &(usize, usize)| peak(&lengths[best].1, *spot).powi(-2);
-        return ahead < OWN_NOISE * spots.iter().map(variance).sum::<f64>().sqrt() / spots.len() as f64;
+        let noise = OWN_NOISE * spots.iter().map(variance).sum::<f64>().sqrt() / spots.len() as f64;
+        return ahead < if is_at_one_speed(tracks, spots) { -noise } else { noise };
     }
     let own: Vec<f64> = resolved.iter().map(|(_, length)| *length).collect();
     ahead < -OTHER_SHAPE || line(&speeds.iter().copied().zip(own).collect::<Vec<_>>()).1 > LIKE_DURATION
+}
+
+/// Whether all spots but a few were rolled over at one speed.
+fn is_at_one_speed(tracks: &[Track], spots: &[(usize, usize)]) -> bool {
+    let speeds: Vec<f64> = spots.iter().map(|(track, n)| tracks[*track].speed_m_s[*n].ln()).collect();
+    let usual = median(speeds.clone()).unwrap_or(0.0);
+    let others = speeds.iter().filter(|speed| (*speed - usual).abs() > ONE_SPEED).count();
+    others * FEW_OTHERS <= speeds.len()
 }
 
 /// Fit of pulses of one width to spots: mean logarithm of their scores, so that the highest alone do not decide. Noise
@@ -389,6 +405,7 @@ fn described(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize, p: f64, l
         length_m: Number { value: together_m.unwrap_or(of_each.value), ..of_each },
         force_n: typical(&heights_n),
         squares_n2,
+        are_at_one_speed: is_at_one_speed(tracks, &spots.braking),
         p,
         rows,
     }
