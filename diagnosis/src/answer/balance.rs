@@ -9,7 +9,9 @@ use simulation::run::Run;
 use crate::answer::aside::Aside;
 use crate::answer::scores::Proof;
 use crate::beside::bursts::bursts;
+use crate::beside::transients::transients;
 use crate::fit::rest::power;
+use crate::noise::locks::least_of;
 use crate::noise::rows::Rows;
 use crate::numbers::rounding::quantum;
 use crate::numbers::statistics::robust_sigma;
@@ -68,8 +70,15 @@ impl Balance {
         let rounding = found.coarse_step_n.filter(|_| !is_known(Id::ForceQuantisation));
         let rounding = rounding.map(|step| (step * step / 12.0).min(0.9 * noise));
         let rest = open_set::rest_without_orders(&found.bench, &found.fit, &found.members);
-        let unsteady = open_set::unsteady(&rest, &without_coarse(side, rows, &proof.own.after));
-        let coherent = unsteady.share * noise;
+        let groups = without_coarse(side, rows, &proof.own.after);
+        let unsteady = open_set::unsteady(&rest, &groups);
+        let sounds = transients(&rest, &rows.plain(&proof.own.after), &groups);
+        let (p_steady, coherent) = match sounds {
+            Some(sounds) if sounds.p < unsteady.p => {
+                (least_of([sounds.p, unsteady.p]), sounds.power_n2.min(0.9 * noise))
+            }
+            _ => (unsteady.p, unsteady.share * noise),
+        };
         // rounding error depends on the force, and so comes and goes with it
         let rounds = |run: &Run| quantum(&run.drag_force_n).is_some_and(|step| step > COARSE * found.noise_n);
         let heard = heard.filter(|_| !is_known(Id::StructuralResonance));
@@ -80,14 +89,15 @@ impl Balance {
         };
         let is_smooth = spots.is_none() && heard.is_none() && between.is_none() && !side.runs.iter().any(rounds);
         let is_worth_it = |power: f64| power > UNSTEADY_SHARE * (before - noise + power);
-        let is_unsteady = is_smooth && unsteady.p < UNSTEADY && is_worth_it(coherent);
+        let is_relevant = coherent.sqrt() > found.irrelevant_n;
+        let is_unsteady = is_smooth && p_steady < UNSTEADY && is_relevant && is_worth_it(coherent);
         // beside a named cause, the remainder of its form may stand out
         let is_bare = is_smooth && found.members.is_empty() && play.is_none();
         let bursts = if is_bare { bursts(side, &proof.own.calibrated) } else { None };
         let bursts = bursts.map(|bursts| (bursts.p, bursts.power_n2.min(0.9 * noise)));
         let (is_unsteady, p_steady, coherent) = match bursts {
-            Some((p, power)) if power.sqrt() > found.irrelevant_n => (true, p.min(unsteady.p), coherent.max(power)),
-            _ => (is_unsteady, unsteady.p, coherent),
+            Some((p, power)) if power.sqrt() > found.irrelevant_n => (true, p.min(p_steady), coherent.max(power)),
+            _ => (is_unsteady, p_steady, coherent),
         };
         let is_clipped = side.limit_n.is_some() && !is_known(Id::ForceSaturation);
         let clipped = is_clipped.then(|| {

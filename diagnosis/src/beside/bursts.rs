@@ -1,5 +1,5 @@
 //! Bursts: braking for tenths of a second at times that nothing predicts, such as a cage that jams or a clamp that
-//! touches.
+//! touches; or pushing to one side, whatever the motion, such as another machine on the same frame.
 //!
 //! Noise estimated from such a residual has its spectrum, and whitening hides it. In averages over time it stands out:
 //! whatever the correlation of the noise, nearly all averages deviate from their neighbours as noise does, a few
@@ -44,7 +44,7 @@ const FEWEST_TOWERING: usize = 2;
 /// Share of the outstanding distance at which an average still belongs to a burst.
 const HALF: f64 = 0.5;
 
-/// Fewest bursts that brake, and how many more are needed for each one that pushes.
+/// Fewest bursts along a pull, and how many more are needed for each one the other way.
 const FEWEST_BURSTS: usize = 3;
 const FOR_ONE_THAT_PUSHES: usize = 2;
 
@@ -57,27 +57,52 @@ pub(crate) struct Bursts {
     pub(crate) p: f64,
 }
 
+/// What a burst follows: the direction of motion, which it brakes, or none, so that it pushes to one side of the machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Pull {
+    AgainstMotion,
+    Forwards,
+    Backwards,
+}
+
 /// Searches for bursts in the law's residual; `left`: one entry per row of all runs.
 pub(crate) fn bursts(side: &Side<'_>, left: &[f64]) -> Option<Bursts> {
-    let (mut parts, mut start) = (Vec::new(), 0);
-    for context in &side.contexts {
-        let step_s = context.run.step_s().max(1e-9);
-        for part in &context.run.parts {
-            let braking = |n: usize| {
-                let is_told = side.compared[start + n] && context.since_reversal_m[n] > BUILT_UP_M;
-                let braking = context.steady.direction[n] * left[start + n];
-                if is_told && context.steady.direction[n] != 0.0 { braking } else { f64::NAN }
-            };
-            parts.push((step_s, part.rows.clone().map(braking).collect::<Vec<f64>>()));
-        }
-        start += context.run.len();
-    }
     let rows = side.compared.iter().filter(|compared| **compared).count();
-    let found: Vec<Bursts> = AVERAGED_S.iter().filter_map(|averaged_s| of_length(&parts, *averaged_s, rows)).collect();
+    let found: Vec<Bursts> = [Pull::AgainstMotion, Pull::Forwards, Pull::Backwards]
+        .into_iter()
+        .flat_map(|pull| {
+            let parts = parts(side, left, pull);
+            AVERAGED_S.map(|averaged_s| of_length(&parts, averaged_s, rows))
+        })
+        .flatten()
+        .collect();
     // averages of about the bursts' length have most of their force
     let power_n2 = found.iter().map(|bursts| bursts.power_n2).fold(0.0, f64::max);
     let p = least_of(found.iter().map(|bursts| bursts.p));
     (!found.is_empty()).then_some(Bursts { power_n2, p })
+}
+
+/// Time between two rows of every part, s, and what is left in them, positive along a pull; NaN where nothing is compared.
+fn parts(side: &Side<'_>, left: &[f64], pull: Pull) -> Vec<(f64, Vec<f64>)> {
+    let (mut parts, mut start) = (Vec::new(), 0);
+    for context in &side.contexts {
+        let step_s = context.run.step_s().max(1e-9);
+        for part in &context.run.parts {
+            let along = |n: usize| {
+                let direction = context.steady.direction[n];
+                let is_told = side.compared[start + n] && context.since_reversal_m[n] > BUILT_UP_M && direction != 0.0;
+                let sign = match pull {
+                    Pull::AgainstMotion => direction,
+                    Pull::Forwards => 1.0,
+                    Pull::Backwards => -1.0,
+                };
+                if is_told { sign * left[start + n] } else { f64::NAN }
+            };
+            parts.push((step_s, part.rows.clone().map(along).collect()));
+        }
+        start += context.run.len();
+    }
+    parts
 }
 
 /// Bursts of about one length. `parts`: time between two rows, and the rows.

@@ -4,7 +4,8 @@
 //! speed        a recorded speed that is noisier than one derived from the position
 //! ringing      a structure that rings, mistaken for noise; spectra: peaks at every speed
 //! events       spots that no form of the library represents; pulses: the matched filter that finds them
-//! bursts       braking for tenths of a second
+//! bursts       braking for tenths of a second, or pushing to one side
+//! transients   narrow-band sounds that come and go
 //! gap          play of a few micrometres
 //! ```
 
@@ -15,3 +16,4 @@ pub(crate) mod pulses;
 pub(crate) mod ringing;
 pub(crate) mod spectra;
 pub(crate) mod speed;
+pub(crate) mod transients;
