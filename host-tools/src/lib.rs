@@ -24,6 +24,7 @@ pub mod diagnosed;
 #[cfg(feature = "emulator")]
 pub mod emulated;
 pub mod estimate;
+pub mod files;
 pub mod image;
 pub mod judgement;
 pub mod paper;

@@ -121,7 +121,7 @@ fn wrong_usage_and_unusable_files_have_their_status() {
         (
             &["convert", "a.csv", "./a.csv"],
             2,
-            "guideblock: ./a.csv: is the recording itself; give the result another name\n",
+            "guideblock: ./a.csv: OUT would overwrite what IN reads; give the result another name\n",
         ),
         (
             &["convert", "a.csv", "no/such/a.csv"],

@@ -461,7 +461,11 @@ fn wrong_usage_and_missing_columns_have_their_status() {
         (&["run.csv", "--simulation", "none.toml"], 2, "none.toml: No such file"),
         (&["none.csv", "--simulation", "sim.toml"], 2, "none.csv: No such file"),
         (&["run.csv", "--simulation", "sim.toml", "--out", "o.xlsx"], 2, "o.xlsx: name it .csv or .parquet"),
-        (&["run.csv", "--simulation", "sim.toml", "--out", "run.csv"], 2, "run.csv: is the recording itself"),
+        (
+            &["run.csv", "--simulation", "sim.toml", "--out", "run.csv"],
+            2,
+            "run.csv: --out would overwrite what RECORDING reads",
+        ),
         (&["run.csv", "--simulation", "sim.toml", "--json"], 2, "--out"),
         (&["run.csv", "--simulation", "sim.toml", "--noise-n", "1"], 2, "--profile"),
         (&["--simulation", "sim.toml"], 2, "give a recording, `simulate RUN.csv`, or a test profile"),

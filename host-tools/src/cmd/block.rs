@@ -178,6 +178,7 @@ fn get(client: &mut Client, name: Option<&str>) -> Result<(), Failure> {
 }
 
 fn burst(client: &mut Client, order: Order, target: &Target) -> Result<(), Failure> {
+    target.files().check()?;
     let mut recorder = target.open()?;
     let bar = Bar::of_bytes("burst, blocks");
     let (mut failed, mut blocks) = (Ok(()), 0);

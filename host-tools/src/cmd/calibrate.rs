@@ -16,6 +16,7 @@ use simulation::file::Law;
 use simulation::guide::GuideSet;
 use strokes::{Stroke, Strokes};
 
+use super::outputs::{Files, put};
 use super::recordings::{RecordingArguments, with_progress};
 use super::simulation_file::SimulationFile;
 use super::{Failure, output, say};
@@ -104,6 +105,9 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let files = Files::default().reads("RECORDING", &arguments.inputs).reads("--guide", &arguments.guide);
+    let files = files.reads("--bench", &arguments.bench).writes("--out", &arguments.out);
+    files.writes("--record", &arguments.record).writes("--html", &arguments.html).check()?;
     let SimulationFile { simulation, mappings } =
         SimulationFile::or_published(arguments.guide.as_deref())?.with_viscosity(arguments.viscosity)?;
     let settings = settings(arguments, &simulation);
@@ -214,12 +218,12 @@ fn read(
 
 fn write_guide(arguments: &Arguments, name: &str, found: &Calibration, base: &Simulation) -> Result<(), Failure> {
     if let Some(path) = &arguments.html {
-        fs::write(path, calibrate::guide_page(name, found)).map_err(|error| Failure::file(path, error))?;
+        put(path, calibrate::guide_page(name, found))?;
     }
     if let Some(path) = &arguments.out {
         let simulation = calibrate::guide_file(found, base).map_err(Failure::data)?;
         let text = format!("# {} strokes of {name}\n{}", found.cells.len(), simulation.to_toml());
-        fs::write(path, text).map_err(|error| Failure::file(path, error))?;
+        put(path, text)?;
     }
     if let Some(path) = &arguments.record {
         let bench = match &arguments.bench {
@@ -231,7 +235,7 @@ fn write_guide(arguments: &Arguments, name: &str, found: &Calibration, base: &Si
         };
         let record = calibrate::record(found, &bench).map_err(Failure::data)?;
         let bytes = parameters::to_bytes(&record).map_err(Failure::data)?;
-        fs::write(path, bytes).map_err(|error| Failure::file(path, error))?;
+        put(path, bytes)?;
     }
     // last: whoever closes standard output early still gets the files
     let mut out = output();
@@ -255,11 +259,11 @@ fn write_axis(arguments: &Arguments, name: &str, all: &[Stroke]) -> Result<(), F
         all.iter().map(|stroke| Point { velocity: stroke.velocity_m_s, force: stroke.force_n }).collect();
     let found = axis_curve::select(&points).map_err(|why| Failure::Data(format!("{name}: {why}")))?;
     if let Some(path) = &arguments.html {
-        fs::write(path, calibrate::axis_page(name, &points, &found)).map_err(|error| Failure::file(path, error))?;
+        put(path, calibrate::axis_page(name, &points, &found))?;
     }
     if let Some(path) = &arguments.out {
         let text = format!("# {} strokes of {name}\n{}", all.len(), calibrate::axis_file(&found).to_toml());
-        fs::write(path, text).map_err(|error| Failure::file(path, error))?;
+        put(path, text)?;
     }
     let mut out = output();
     if arguments.json {

@@ -1,11 +1,10 @@
 //! `guideblock convert`
 
-use std::fs;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use host_tools::recording::{Kind, whole, write};
 
+use super::outputs::{self, Files};
 use super::recordings::{RecordingArguments, with_progress};
 use super::{Failure, say};
 
@@ -32,9 +31,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     if Kind::of(&out).is_none() {
         return Err(Failure::file(&out, "name it .csv or .parquet, so that it is clear what to write"));
     }
-    if is_same(&input, &out) {
-        return Err(Failure::file(&out, "is the recording itself; give the result another name"));
-    }
+    Files::default().reads("IN", [&input]).writes("OUT", [&out]).check()?;
     let read = |progress: host_tools::recording::Progress| {
         whole::open(&input, &recording.mappings, &recording.selections, progress)
     };
@@ -42,13 +39,5 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     for line in losses.describe(&input.display().to_string()) {
         say(line);
     }
-    write(&out, &whole.columns()).map_err(|error| match error.kind() {
-        io::ErrorKind::BrokenPipe => Failure::Output(error),
-        _ => Failure::file(&out, error),
-    })
-}
-
-/// Whether two names are those of one file.
-pub(super) fn is_same(a: &Path, b: &Path) -> bool {
-    matches!((fs::canonicalize(a), fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b)
+    write(&out, &whole.columns()).map_err(|error| outputs::of(&out, error))
 }

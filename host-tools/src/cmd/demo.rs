@@ -21,9 +21,10 @@ use host_tools::rig::track::Track;
 use simulation::run::Run;
 use virtual_board::{Chip, VirtualBoard};
 
+use super::outputs::Files;
 use super::recordings::RecordingArguments;
 use super::{Failure, say};
-use files::Remains;
+use files::{NAMES, Remains};
 use live::Live;
 
 /// The run that is played when none is given.
@@ -109,6 +110,9 @@ impl Board {
 pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     let board = arguments.board;
     let path = arguments.image.unwrap_or_else(|| board.image());
+    let remains = NAMES.map(|name| arguments.out.join(name));
+    let files = Files::default().reads("RECORDING", &arguments.recording).reads("--bench", &arguments.bench);
+    files.writes("--out", &remains).check()?;
     let image = fs::read(&path).map_err(|error| {
         let build = board.build();
         Failure::file(

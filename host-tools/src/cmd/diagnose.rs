@@ -1,6 +1,5 @@
 //! `guideblock diagnose`
 
-use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -11,6 +10,7 @@ use host_tools::recording::{Losses, Mapping};
 use host_tools::report::number::{short, significant, with_space};
 use simulation::run::Run;
 
+use super::outputs::{Files, put};
 use super::recordings::RecordingArguments;
 use super::simulation_file::SimulationFile;
 use super::{Failure, output};
@@ -53,6 +53,9 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
+    let files = Files::default().reads("RECORDING", &arguments.files).reads("--simulation", [&arguments.simulation]);
+    let files = files.reads("--holdout", &arguments.holdout).writes("--json", &arguments.json);
+    files.writes("--html", &arguments.html).writes("--export", &arguments.export).check()?;
     let SimulationFile { simulation, mappings } = SimulationFile::open(&arguments.simulation)?;
     let options = Options { seed: arguments.seed };
     let open = |files: &[PathBuf]| read(files, &arguments.recording, &mappings);
@@ -85,10 +88,10 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         let views = found.transpose().map_err(Failure::data)?.unwrap_or_default();
         let name = arguments.files.iter().filter_map(|path| path.file_name()).map(|name| name.to_string_lossy());
         let name = name.collect::<Vec<_>>().join(", ");
-        fs::write(path, diagnosed::page(&name, diagnosis, &views)).map_err(|error| Failure::file(path, error))?;
+        put(path, diagnosed::page(&name, diagnosis, &views))?;
     }
     if let (Some(path), Some(augmented)) = (&arguments.export, &outcome.augmented) {
-        fs::write(path, augmented.to_toml()).map_err(|error| Failure::file(path, error))?;
+        put(path, augmented.to_toml())?;
     }
     let told = if is_stdout { write_json(json, diagnosis) } else { summary(diagnosis) };
     match told {
@@ -108,7 +111,7 @@ fn write_json(path: Option<&Path>, diagnosis: &Diagnosis) -> Result<(), Failure>
     if path == Path::new("-") {
         return Ok(output().write_all(json.as_bytes())?);
     }
-    fs::write(path, json).map_err(|error| Failure::file(path, error))
+    put(path, json)
 }
 
 fn read(

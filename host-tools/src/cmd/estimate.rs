@@ -1,6 +1,5 @@
 //! `guideblock estimate`
 
-use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -9,6 +8,7 @@ use host_tools::estimate::{self, Basis, Estimate, Settings, Summary};
 use host_tools::recording::{Cells, Column, Kind, write};
 use serde_json::json;
 
+use super::outputs::{self, Files};
 use super::recordings::RecordingArguments;
 use super::simulation_file::SimulationFile;
 use super::{Failure, output, say};
@@ -74,6 +74,8 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let files = Files::default().reads("RECORDING", [&arguments.input]).reads("--guide", &arguments.guide);
+    files.writes("--out", &arguments.out).writes("--html", &arguments.html).check()?;
     if let Some(out) = &arguments.out
         && Kind::of(out).is_none()
     {
@@ -109,7 +111,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(path) = &arguments.html {
         let lead = lines.first().map_or("", String::as_str);
         let page = estimate::page(&run.name, lead, uncalibrated.as_deref(), &estimates, &summary, staircase.as_ref());
-        fs::write(path, page).map_err(|error| Failure::file(path, error))?;
+        outputs::put(path, page)?;
     }
     if let Some(line) = &uncalibrated {
         say(line);
@@ -169,10 +171,7 @@ fn table(path: &Path, estimates: &[Estimate]) -> Result<(), Failure> {
         estimates.iter().map(|e| e.reasons.iter().map(|r| r.name()).collect::<Vec<_>>().join(" ")).collect();
     let mut columns: Vec<Column<'_>> = numbers.iter().map(|(name, column)| Column::numbers(name, column)).collect();
     columns.push(Column { name: "reason", cells: Cells::Texts(&reasons) });
-    write(path, &columns).map_err(|error| match error.kind() {
-        std::io::ErrorKind::BrokenPipe => Failure::Output(error),
-        _ => Failure::file(path, error),
-    })
+    write(path, &columns).map_err(|error| outputs::of(path, error))
 }
 
 /// The summary in lines, the answer first.

@@ -9,6 +9,7 @@ use host_tools::parameters;
 use host_tools::replay::UNPROGRAMMED;
 use simulation::Simulation;
 
+use super::outputs::{Files, put};
 use super::{Failure, output, say};
 
 /// Makes the parameter image that a block runs from a simulation, or shows what an image holds
@@ -79,6 +80,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn make(arguments: &Arguments, path: &PathBuf, out: &PathBuf) -> Result<String, Failure> {
+    Files::default().reads("SIMULATION", [path]).reads("--record", &arguments.record).writes("--out", [out]).check()?;
     let text = fs::read_to_string(path).map_err(|error| Failure::file(path, error))?;
     let simulation = Simulation::from_toml(&text).map_err(|why| Failure::Data(format!("{}: {why}", path.display())))?;
     let base = match &arguments.record {
@@ -102,7 +104,7 @@ fn make(arguments: &Arguments, path: &PathBuf, out: &PathBuf) -> Result<String, 
         }
         Failure::Data(format!("{}: {why}", path.display()))
     })?;
-    fs::write(out, &made.bytes).map_err(|error| Failure::file(out, error))?;
+    put(out, &made.bytes)?;
     made.notes.iter().for_each(say);
     if !made.record.params.calibrated {
         say("the image is NOT calibrated and gives no preload: make it from the block's own record with --record");

@@ -13,6 +13,7 @@ pub(crate) mod drag;
 pub(crate) mod eds;
 pub(crate) mod estimate;
 pub(crate) mod image;
+pub(crate) mod outputs;
 pub(crate) mod paper;
 pub(crate) mod parameters;
 pub(crate) mod preload;

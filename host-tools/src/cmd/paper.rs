@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use host_tools::paper::{claims, report};
 
+use super::outputs::put;
 use super::{Failure, output, say};
 
 /// Holds what the paper states against its own equations, under every reading of its units
@@ -25,7 +26,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     let findings =
         claims::findings().ok_or_else(|| Failure::data("a measured load is beyond the contact's geometry"))?;
     if let Some(path) = &arguments.html {
-        std::fs::write(path, report::page(&findings)).map_err(|error| Failure::file(path, error))?;
+        put(path, report::page(&findings))?;
         say(format_args!("{}: page written", path.display()));
     }
     let mut out = output();

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use can_wire::parameters::ADDRESS;
 use host_tools::parameters;
 
+use super::outputs::{Files, put};
 use super::{Failure, output, say};
 
 /// Makes or shows the parameter record of a block
@@ -47,11 +48,12 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         out.flush()?;
     }
     if let (Some(path), Some(out)) = (&arguments.bench, &arguments.out) {
+        Files::default().reads("--bench", [path]).writes("--out", [out]).check()?;
         let text = fs::read_to_string(path).map_err(|error| Failure::file(path, error))?;
         let record =
             parameters::from_bench(&text).map_err(|why| Failure::Data(format!("{}: {why}", path.display())))?;
         let bytes = parameters::to_bytes(&record).map_err(Failure::data)?;
-        fs::write(out, &bytes).map_err(|error| Failure::file(out, error))?;
+        put(out, &bytes)?;
         let calibrated = if record.params.calibrated { "calibrated" } else { "NOT calibrated: it gives no preload" };
         say(format_args!(
             "{}: {} bytes for {ADDRESS:#010x}, node {}, {calibrated}",

@@ -15,6 +15,7 @@ use host_tools::parameters;
 use host_tools::recorder::{Kind, Recorder, RecorderError};
 use model_core::calibration::Calibration;
 
+use super::outputs::Files;
 use super::progress::Bar;
 use super::{Failure, node, say};
 
@@ -75,6 +76,11 @@ impl Target {
         &self.out
     }
 
+    /// What is read and written.
+    pub(crate) fn files(&self) -> Files<'_> {
+        Files::default().reads("--parameters", &self.parameters).writes("--out", [&self.out])
+    }
+
     /// Opens the recording.
     pub(crate) fn open(&self) -> Result<Recorder, Failure> {
         let calibration = match &self.parameters {
@@ -121,6 +127,11 @@ struct Tally {
 const WAIT: Duration = Duration::from_millis(20);
 
 pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
+    let log = match &arguments.from {
+        Source::Candump(file) => Some(Path::new(file)),
+        Source::Slcan(_) | Source::SocketCan(_) | Source::Desk => None,
+    };
+    arguments.target.files().reads("--from", log).writes("--frames", &arguments.frames).check()?;
     let mut bus = bus::open(&arguments.from).map_err(of_bus)?;
     let mut recorder = arguments.target.open()?;
     let mut frames = match &arguments.frames {

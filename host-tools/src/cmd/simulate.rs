@@ -5,13 +5,12 @@ mod profile;
 mod recorded;
 mod sensors;
 
-use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use host_tools::recording::{Column, Kind, write};
 
-use super::convert::is_same;
+use super::outputs::{self, Files};
 use super::progress::Bar;
 use super::recordings::RecordingArguments;
 use super::simulation_file::SimulationFile;
@@ -69,9 +68,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.input.is_none() && !arguments.recording.is_empty() {
         return Err(Failure::Usage("--where and --column are for a recording, not for --profile".to_owned()));
     }
-    if arguments.input.as_deref().is_some_and(|input| is_same(input, out)) {
-        return Err(Failure::file(out, "is the recording itself; give the result another name"));
-    }
+    let files = Files::default().reads("RECORDING", &arguments.input).reads("--simulation", &arguments.simulation);
+    files.writes("--out", [out]).writes("--html", &arguments.html).check()?;
     let SimulationFile { mut simulation, mappings } = SimulationFile::or_published(arguments.simulation.as_deref())?;
     if arguments.simulation.is_none() {
         simulation.preload_n = Some(PUBLISHED_PRELOAD_N);
@@ -88,7 +86,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         (Some(_), Some(_)) => return Err(Failure::Usage("give a recording or --profile, one of the two".to_owned())),
     };
     if let Some(path) = &arguments.html {
-        fs::write(path, &told.page).map_err(|error| Failure::file(path, error))?;
+        outputs::put(path, &told.page)?;
     }
     // after the page: whoever closes standard output early still gets it
     told.written?;
@@ -123,10 +121,7 @@ struct Told {
 /// Writes columns.
 fn put(path: &Path, columns: &[Column<'_>]) -> Result<(), Failure> {
     let _bar = Bar::busy(&format!("writing {}", path.display()));
-    write(path, columns).map_err(|error| match error.kind() {
-        std::io::ErrorKind::BrokenPipe => Failure::Output(error),
-        _ => Failure::file(path, error),
-    })
+    write(path, columns).map_err(|error| outputs::of(path, error))
 }
 
 /// Root of the mean square of what is finite; NaN of nothing.

@@ -1,10 +1,10 @@
 //! Named columns into a CSV or Parquet file.
 
-use std::fs::File;
 use std::io::{self, BufWriter, Write, stdout};
 use std::path::Path;
 
 use super::parquet;
+use crate::files;
 
 /// A column to be written.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,15 +84,14 @@ pub fn write(path: &Path, columns: &[Column]) -> io::Result<()> {
     if path == Path::new("-") {
         return write_csv(stdout().lock(), columns);
     }
-    let file = File::create(path)?;
-    match kind {
+    files::put(path, |file| match kind {
         Kind::Csv => write_csv(file, columns),
         Kind::Parquet => {
             let mut out = BufWriter::new(file);
             parquet::write(&mut out, columns).map_err(io::Error::other)?;
             out.flush()
         }
-    }
+    })
 }
 
 /// Rows that one thread makes text of at a time.

@@ -13,6 +13,10 @@ use virtual_board::SentFrame;
 
 use super::Failure;
 
+/// Their names.
+pub(super) const NAMES: [&str; 6] =
+    ["report.html", "picture.svg", "estimates.csv", "demo.candump.log", "demo.raw.csv", "demo.record"];
+
 /// What a demo leaves.
 pub(super) struct Remains<'a> {
     /// What was played to which board.
@@ -34,6 +38,7 @@ pub(super) fn write(folder: &Path, remains: &Remains<'_>) -> Result<String, Fail
     let Remains { title, facts, points, frames, blocks, record } = *remains;
     fs::create_dir_all(folder).map_err(|error| Failure::file(folder, error))?;
     let mut said = String::new();
+    let [report, figure, readings, log, samples, flash] = NAMES;
     let mut file = |name: &str, what: &str, content: &dyn Fn(&mut dyn Write) -> std::io::Result<()>| {
         let path = folder.join(name);
         let written = File::create(&path).and_then(|file| {
@@ -46,20 +51,20 @@ pub(super) fn write(folder: &Path, remains: &Remains<'_>) -> Result<String, Fail
         Ok::<(), Failure>(())
     };
     let picture = svg::picture(title, "estimate of the block with ± 2σ, against the truth of the rig", points);
-    file("report.html", "start here: verdict and picture on one page", &|out| {
+    file(report, "start here: verdict and picture on one page", &|out| {
         out.write_all(html::page(title, facts, &picture, points).as_bytes())
     })?;
-    file("picture.svg", "the picture alone", &|out| out.write_all(picture.as_bytes()))?;
-    file("estimates.csv", "every reading beside the truth", &|out| estimates(out, points))?;
-    file("demo.candump.log", "the bus, for `guideblock decode`", &|out| bus(out, frames))?;
-    file("demo.raw.csv", "the converters' samples, for `guideblock replay --parameters demo.record`", &|out| {
+    file(figure, "the picture alone", &|out| out.write_all(picture.as_bytes()))?;
+    file(readings, "every reading beside the truth", &|out| estimates(out, points))?;
+    file(log, "the bus, for `guideblock decode`", &|out| bus(out, frames))?;
+    file(samples, "the converters' samples, for `guideblock replay --parameters demo.record`", &|out| {
         let mut writer = raw::Writer::new(out)?;
         for block in blocks {
             writer.block(block)?;
         }
         writer.finish()
     })?;
-    file("demo.record", "the block's parameters, for `guideblock parameters --show`", &|out| out.write_all(record))?;
+    file(flash, "the block's parameters, for `guideblock parameters --show`", &|out| out.write_all(record))?;
     Ok(said)
 }
 
