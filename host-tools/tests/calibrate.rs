@@ -123,6 +123,26 @@ fn a_guide_comes_out_of_raw_strokes() {
     assert!(page.contains("<svg") && page.contains("Direction -1") && !page.contains("<script"), "no picture");
 }
 
+/// A force that falls with speed has no viscous part that a file could hold.
+#[test]
+fn a_law_that_cannot_be_is_neither_shown_nor_written() {
+    let folder = folder("unfit");
+    let table = folder.join("means.csv");
+    let row = |v: &f64| format!("{v},{},3000\n{},{},3000\n", 25.0 - 50.0 * v, -v, -25.0 + 50.0 * v);
+    let rows: String = SPEEDS.iter().map(row).collect();
+    fs::write(&table, format!("velocity_m_s,drag_force_n,preload_n\n{rows}")).unwrap();
+    let (table, guide) = (table.display().to_string(), folder.join("guide.toml").display().to_string());
+    for more in [&[][..], &["--json"], &["--out", &guide]] {
+        let output = calibrate(&[&[&*table, "--viscosity=100"], more].concat());
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(3), "{more:?}: {said}");
+        assert!(output.stdout.is_empty(), "{more:?}: {}", text(&output.stdout));
+        assert!(said.contains("What these strokes leave open:\n  - "), "{said}");
+        assert!(said.contains("make no usable law: mu_viscous must lie between 0 and"), "{said}");
+    }
+    assert!(!Path::new(&guide).exists());
+}
+
 /// A window of the usual length has 10 rows here, too few to tell their noise.
 #[test]
 fn fifty_hertz_have_the_same_strokes() {

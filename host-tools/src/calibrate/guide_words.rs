@@ -98,9 +98,14 @@ pub fn describe(found: &Calibration) -> Vec<String> {
         lines.push(format!("  direction {d:+} alone: {}", values.join("  ")));
     }
     lines.push(pattern(found));
-    lines.push("What these strokes leave open:".to_owned());
-    lines.extend(found.doubts.iter().map(|d| format!("  - {}", d.text)));
+    lines.extend(doubts(found));
     lines
+}
+
+/// What the strokes leave open, in lines.
+pub fn doubts(found: &Calibration) -> Vec<String> {
+    let doubts = found.doubts.iter().map(|d| format!("  - {}", d.text));
+    std::iter::once("What these strokes leave open:".to_owned()).chain(doubts).collect()
 }
 
 /// The calibration as one JSON object.

@@ -25,7 +25,7 @@ use simulation::guide::GuideSet;
 
 pub use axis_words::{describe as describe_axis, object as axis_object};
 pub use constants::Constant;
-pub use guide_words::{describe as describe_guide, object as guide_object};
+pub use guide_words::{describe as describe_guide, doubts as guide_doubts, object as guide_object};
 pub use page::{axis as axis_page, guide as guide_page};
 pub use products::{Unfit, axis_file, guide_file, record};
 

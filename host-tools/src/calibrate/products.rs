@@ -16,7 +16,7 @@ use simulation::mechanism::{Added, Id};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Unfit {
     /// The constants are not those of a law.
-    #[error("the fitted constants make no usable law: {0}; what the strokes leave open is listed in the report")]
+    #[error("the fitted constants make no usable law: {0}; what the strokes leave open is listed above")]
     Law(String),
     /// A constant is not determined.
     #[error("{0} is not determined by these strokes, so a block that used it would give numbers that mean nothing")]

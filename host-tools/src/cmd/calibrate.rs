@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use calibration::axis_curve::{self, Point};
 use calibration::cell::Cell;
+use can_wire::parameters::ParameterRecord;
 use clap::ValueEnum;
 use host_tools::calibrate::{self, Calibration, Reference, Settings, strokes};
 use host_tools::recording::{Mapping, Unusable, table};
@@ -217,24 +218,26 @@ fn read(
 }
 
 fn write_guide(arguments: &Arguments, name: &str, found: &Calibration, base: &Simulation) -> Result<(), Failure> {
+    // no law is shown that no file could hold
+    let unfit = |why: calibrate::Unfit| {
+        calibrate::guide_doubts(found).iter().for_each(say);
+        Failure::Data(format!("{name}: {why}"))
+    };
+    let simulation = calibrate::guide_file(found, base).map_err(unfit)?;
+    let record = match &arguments.record {
+        Some(path) => {
+            let made = calibrate::record(found, &bench(arguments)?).map_err(unfit)?;
+            Some((path, parameters::to_bytes(&made).map_err(Failure::data)?))
+        }
+        None => None,
+    };
     if let Some(path) = &arguments.html {
         put(path, calibrate::guide_page(name, found))?;
     }
     if let Some(path) = &arguments.out {
-        let simulation = calibrate::guide_file(found, base).map_err(Failure::data)?;
-        let text = format!("# {} strokes of {name}\n{}", found.cells.len(), simulation.to_toml());
-        put(path, text)?;
+        put(path, format!("# {} strokes of {name}\n{}", found.cells.len(), simulation.to_toml()))?;
     }
-    if let Some(path) = &arguments.record {
-        let bench = match &arguments.bench {
-            Some(file) => {
-                let text = fs::read_to_string(file).map_err(|error| Failure::file(file, error))?;
-                parameters::from_bench(&text).map_err(|why| Failure::Data(format!("{}: {why}", file.display())))?
-            }
-            None => replay::UNPROGRAMMED,
-        };
-        let record = calibrate::record(found, &bench).map_err(Failure::data)?;
-        let bytes = parameters::to_bytes(&record).map_err(Failure::data)?;
+    if let Some((path, bytes)) = record {
         put(path, bytes)?;
     }
     // last: whoever closes standard output early still gets the files
@@ -247,6 +250,13 @@ fn write_guide(arguments: &Arguments, name: &str, found: &Calibration, base: &Si
         }
     }
     Ok(out.flush()?)
+}
+
+/// The record whose sensors a calibrated one takes over.
+fn bench(arguments: &Arguments) -> Result<ParameterRecord, Failure> {
+    let Some(file) = &arguments.bench else { return Ok(replay::UNPROGRAMMED) };
+    let text = fs::read_to_string(file).map_err(|error| Failure::file(file, error))?;
+    parameters::from_bench(&text).map_err(|why| Failure::Data(format!("{}: {why}", file.display())))
 }
 
 fn write_axis(arguments: &Arguments, name: &str, all: &[Stroke]) -> Result<(), Failure> {
