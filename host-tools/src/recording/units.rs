@@ -38,6 +38,9 @@ const SAME_MOTION: f64 = 0.95;
 const FASTEST: f64 = 0.98;
 const FEWEST_WINDOWS: usize = 50;
 
+/// Windows that a short run is cut into for that, as far as they hold enough rows.
+const SPEED_WINDOWS: usize = 150;
+
 /// Rows that a statement about a column rests on.
 const LOOKED_AT: usize = 20_000;
 
@@ -197,10 +200,11 @@ fn pairs(run: &Run) -> impl Iterator<Item = usize> {
 
 /// Speeds over windows of many rows.
 fn window_speeds(run: &Run, position: &[f64]) -> Vec<f64> {
-    let stride = (run.len() / WINDOWS).max(WINDOW_ROWS[1]);
+    let rows = (run.len() / SPEED_WINDOWS).clamp(WINDOW_ROWS[0], WINDOW_ROWS[1]);
+    let stride = (run.len() / WINDOWS).max(rows);
     let windows = run.parts.iter().flat_map(|part| {
         let end = part.rows.end;
-        (part.rows.start..end).step_by(stride).map(move |from| (from, from + WINDOW_ROWS[1], end))
+        (part.rows.start..end).step_by(stride).map(move |from| (from, from + rows, end))
     });
     windows
         .filter(|(_, to, end)| to < end)
@@ -280,6 +284,26 @@ mod tests {
         run.time_s.iter_mut().for_each(|time| *time /= 60.0);
         let wrong = check(&run).expect_err("42 m/s");
         assert!(wrong.column == "position_m" && wrong.why.contains("time in min"), "{wrong:?}");
+    }
+
+    /// A ladder of 30 s at 100 Hz in mm, half of it slower than 20 mm/s, without a velocity to compare with.
+    #[test]
+    fn millimetres_show_in_a_short_recording() {
+        let mut run = run(0.25, 0.1);
+        run.velocity_m_s = None;
+        run.time_s = (0..3000).map(|n| f64::from(n) / 100.0).collect();
+        run.parts = vec![Part { rows: 0..3000, segment: None, starts: Break::Start }];
+        let to_and_fro = |n: usize| if n / 100 % 2 == 0 { 1.0 } else { -1.0 };
+        let speeds = (0..3000).map(|n| to_and_fro(n) * [0.5, 1.0, 1.9, 4.0, 8.0][n / 600]);
+        let place = |x: &mut f64, speed: f64| {
+            *x += 0.01 * speed;
+            Some(*x)
+        };
+        run.position_m = Some(speeds.scan(0.0, place).collect());
+        assert_eq!(check(&run), Ok(Sign::Same), "8 m/s");
+        scaled(&mut run.position_m, 10.0);
+        let wrong = check(&run).expect_err("80 m/s");
+        assert!(wrong.column == "position_m" && wrong.why.contains("80.0 m/s; position in mm"), "{wrong:?}");
     }
 
     #[test]
