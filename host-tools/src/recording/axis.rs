@@ -13,7 +13,7 @@
 //! | `temperature_block_degc`, `temperature_rail_degc`, `temperature_ambient_degc` | no | |
 //! | `acceleration_m_s2` | no | measured acceleration along travel |
 //! | `simulated_force_n` | no | what another program says the drag force should be |
-//! | `segment` | no | whole number; a new one starts a new part |
+//! | `segment` | no | whole number, or the name of a part; a new one starts a new part |
 //!
 //! A gap (more than 1.5 median steps of its segment), a new segment and a first jump of the clock backwards start a new part:
 //! nothing is interpolated across them.
@@ -23,7 +23,8 @@ use std::io::Read;
 use simulation::run::{Part, Run};
 
 use super::columns::{Header, Need, Numbers, Places, Wanted, check_mappings};
-use super::{Cost, Fault, Losses, Mapping, Progress, Selection, Unusable, numbers, parts, silent, units};
+use super::source::Source;
+use super::{Cost, Fault, Losses, Mapping, Place, Progress, Selection, Unusable, parts, segments, silent, units};
 
 /// Rows below which a recording says too little to be used.
 pub const MIN_ROWS: usize = 200;
@@ -74,8 +75,64 @@ pub fn from_bytes(
     progress: Progress,
 ) -> Result<(Run, Losses), Unusable> {
     check_mappings(mappings, &names())?;
-    let (wanted, numbers) = numbers(file, bytes, |header| choose(header, mappings), selections, progress)?;
+    let source = Source::of(file, bytes)?;
+    let read = from_source(file, &source, mappings, selections, progress);
+    // giving many pages back takes as long as a tenth of the reading; nobody has to wait for it
+    std::thread::spawn(move || drop(source));
+    read
+}
+
+fn from_source(
+    file: &str,
+    source: &Source,
+    mappings: &[Mapping],
+    selections: &[Selection],
+    progress: Progress,
+) -> Result<(Run, Losses), Unusable> {
+    let mut wanted = choose(source.header(), mappings)?;
+    let mut unusable = Losses::default();
+    if let Source::Parquet(_) = source {
+        leave_out(source, &mut wanted, &mut unusable, |wanted| {
+            wanted.need != Need::Everywhere && wanted.name != "segment" && wanted.name == wanted.told
+        });
+    }
+    let read = |wanted: &[Wanted]| source.numbers(file, wanted.to_vec(), selections, progress);
+    let (mut wanted, mut numbers) = segments::read(source, wanted, read)?;
+    if numbers.places.len() == 0 {
+        let is_of_motion = |wanted: &Wanted| wanted.need == Need::Sound && wanted.name != "segment";
+        leave_out(source, &mut wanted, &mut unusable, is_of_motion);
+        if unusable.found > 0 {
+            (wanted, numbers) = segments::read(source, wanted, read)?;
+        }
+    }
+    for (wanted, spoilt) in wanted.iter().zip(&numbers.spoilt) {
+        if *spoilt > 0 && *spoilt == numbers.places.len() as u64 {
+            numbers.losses.gather(&wanted.told, *spoilt);
+        }
+    }
+    numbers.losses.absorb(unusable);
     assemble(file, &wanted, numbers)
+}
+
+/// Takes out columns that hold no numbers; one column of motion always stays.
+fn leave_out(source: &Source, wanted: &mut Vec<Wanted>, losses: &mut Losses, may_go: impl Fn(&Wanted) -> bool) {
+    let first = match source {
+        Source::Text(opening, _) => Place::Line(opening.line + 1),
+        Source::Parquet(_) => Place::Row(1),
+    };
+    let is_motion = |wanted: &Wanted| matches!(&*wanted.name, "position_m" | "velocity_m_s");
+    let mut place = 0;
+    while let Some(column) = wanted.get(place) {
+        let is_last = is_motion(column) && wanted.iter().filter(|wanted| is_motion(wanted)).count() == 1;
+        match source.no_numbers(column.place) {
+            Some(found) if may_go(column) && !is_last => {
+                losses.note(first, Some(&column.told), Fault::NoNumbers { found }, Cost::AsSaid);
+                wanted.remove(place);
+            }
+            _ => place += 1,
+        }
+    }
+    settle_motion(wanted);
 }
 
 /// The columns that a file has of a run.
@@ -90,16 +147,21 @@ pub(super) fn choose(header: &Header, mappings: &[Mapping]) -> Result<Vec<Wanted
             None => {}
         }
     }
-    let motion = |wanted: &&mut Wanted| matches!(&*wanted.name, "position_m" | "velocity_m_s");
-    match &mut wanted.iter_mut().filter(motion).collect::<Vec<_>>()[..] {
-        [] => {
-            let advice = "; --column position_m=COLUMN:SCALE reads it from another one";
-            return Err(header.missing("position_m or velocity_m_s", advice));
-        }
-        [only] => only.need = Need::Everywhere,
-        _ => {}
+    if settle_motion(&mut wanted) == 0 {
+        let advice = "; --column position_m=COLUMN:SCALE reads it from another one";
+        return Err(header.missing("position_m or velocity_m_s", advice));
     }
     Ok(wanted)
+}
+
+/// How many columns of motion there are; a single one is needed in every row.
+fn settle_motion(wanted: &mut [Wanted]) -> usize {
+    let motion = |wanted: &&mut Wanted| matches!(&*wanted.name, "position_m" | "velocity_m_s");
+    let mut motion: Vec<_> = wanted.iter_mut().filter(motion).collect();
+    if let [only] = &mut motion[..] {
+        only.need = Need::Everywhere;
+    }
+    motion.len()
 }
 
 /// Makes a run of columns.

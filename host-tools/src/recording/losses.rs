@@ -84,6 +84,26 @@ pub enum Fault {
         /// The column that is used.
         instead: &'static str,
     },
+    /// An optional column of which no cell can be used.
+    #[error("{found} instead of numbers in every row; the column is left out")]
+    NoNumbers {
+        /// What stands there.
+        found: String,
+    },
+    /// A column `segment` of texts.
+    #[error("names of parts instead of numbers, read like that: {names}")]
+    NamedParts {
+        /// The numbers that the names are given.
+        names: String,
+    },
+    /// A column `segment` of texts that hardly ever repeat.
+    #[error("more than {most} different texts in {rows} rows are no parts of a test; the column is left out")]
+    TooManyNames {
+        /// Rows.
+        rows: usize,
+        /// As many parts could be.
+        most: usize,
+    },
     /// The velocity says the opposite of the position.
     #[error("has the opposite sign of what position_m does; map one of them with the scale -1")]
     OppositeVelocity,
@@ -156,6 +176,14 @@ pub enum Fault {
 }
 
 impl Fault {
+    /// The cell that is no number.
+    fn cell(&self) -> String {
+        match self {
+            Fault::NotANumber { cell } | Fault::NotFinite { cell } | Fault::TooLarge { cell } => format!("{cell:?}"),
+            _ => "zero bytes".to_owned(),
+        }
+    }
+
     /// Under which name rows that it costs are counted.
     pub fn id(&self) -> &'static str {
         match self {
@@ -168,6 +196,9 @@ impl Fault {
             Fault::TooLarge { .. } => "too-large",
             Fault::NotMeasured => "not-measured",
             Fault::MotionColumn { .. } => "motion-column",
+            Fault::NoNumbers { .. } => "no-numbers",
+            Fault::NamedParts { .. } => "named-parts",
+            Fault::TooManyNames { .. } => "too-many-names",
             Fault::OppositeVelocity => "opposite-velocity",
             Fault::Dialect { .. } => "dialect",
             Fault::IncompleteBlock { .. } => "incomplete-block",
@@ -294,6 +325,18 @@ impl Losses {
     pub(super) fn count(&mut self, id: &'static str, rows: u64) {
         self.lost += rows;
         *self.rejected.entry(id).or_default() += rows;
+    }
+
+    /// One message in place of one a row about a column of which no cell could be used.
+    pub(super) fn gather(&mut self, column: &str, rows: u64) {
+        let is_of_column = |problem: &Problem| problem.cost == Cost::Cell && problem.column.as_deref() == Some(column);
+        let Some(first) = self.problems.iter().position(is_of_column) else { return };
+        let (place, found) = (self.problems[first].place, self.problems[first].fault.cell());
+        self.problems.retain(|problem| !is_of_column(problem));
+        self.found -= rows;
+        let mut said = Losses::default();
+        said.note(place, Some(column), Fault::NoNumbers { found }, Cost::AsSaid);
+        self.absorb(said);
     }
 
     /// Adds what another pass over the same file, or another piece of it, has found.

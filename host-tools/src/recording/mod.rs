@@ -19,6 +19,8 @@ mod mapping;
 mod parquet;
 mod parts;
 pub mod raw;
+mod segments;
+mod source;
 pub mod table;
 mod text;
 mod units;
@@ -68,14 +70,22 @@ pub fn open(
 /// A run of either list whose rows are those of one of the other list, or a stretch of them, whatever the files are
 /// called and of whatever kind they are.
 pub fn twins<'a>(seen: &'a [Run], kept: &'a [Run]) -> Option<(&'a Run, &'a Run)> {
-    let pairs = seen.iter().flat_map(|run| kept.iter().map(move |other| (run, other)));
-    pairs.into_iter().find(|(run, other)| {
-        let (short, long) = if run.len() < other.len() { (run, other) } else { (other, run) };
-        let rows = short.len();
-        // the clock first: it rises, so that nearly every place is decided by one row
-        (0..=long.len() - rows).any(|n| {
-            long.time_s[n..n + rows] == short.time_s[..] && long.drag_force_n[n..n + rows] == short.drag_force_n[..]
-        })
+    let mut pairs = seen.iter().flat_map(|run| kept.iter().map(move |other| (run, other)));
+    pairs.find(|(run, other)| are_twins(run, other))
+}
+
+/// The same within one list.
+pub fn twins_within(runs: &[Run]) -> Option<(&Run, &Run)> {
+    let mut pairs = runs.iter().enumerate().flat_map(|(n, run)| runs[..n].iter().map(move |before| (before, run)));
+    pairs.find(|(before, run)| are_twins(before, run))
+}
+
+fn are_twins(run: &Run, other: &Run) -> bool {
+    let (short, long) = if run.len() < other.len() { (run, other) } else { (other, run) };
+    let rows = short.len();
+    // the clock first: it rises, so that nearly every place is decided by one row
+    (0..=long.len() - rows).any(|n| {
+        long.time_s[n..n + rows] == short.time_s[..] && long.drag_force_n[n..n + rows] == short.drag_force_n[..]
     })
 }
 

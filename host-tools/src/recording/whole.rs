@@ -2,20 +2,10 @@
 
 use std::path::Path;
 
-use super::cell::{cells, number};
 use super::columns::{Header, Need, Numbers, Wanted, check_once};
-use super::dialect::{Opening, opening};
+use super::source::Source;
 use super::write::{Cells, Column};
-use super::{Losses, Mapping, Progress, Selection, Unusable, axis, load, parquet, text};
-
-/// Rows that decide whether a column that means nothing here holds numbers.
-const LOOKED_AT: usize = 1000;
-
-/// Whole numbers from here on are not all `f64`.
-const EXACT: f64 = 9_007_199_254_740_992.0;
-
-/// Digits from which a number may not be an `f64` and is kept as the text it is: a clock in ns, an identifier.
-const LONG: usize = 16;
+use super::{Losses, Mapping, Progress, Selection, Unusable, axis, load};
 
 /// A file's columns.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,11 +73,7 @@ pub fn from_bytes(
     progress: Progress,
 ) -> Result<(Whole, Losses), Unusable> {
     check_once(mappings)?;
-    let source = if bytes.starts_with(parquet::MAGIC) {
-        Source::Parquet(parquet::Table::new(file, bytes)?)
-    } else {
-        Source::Text(opening(file, &bytes)?, bytes)
-    };
+    let source = Source::of(file, bytes)?;
     let wanted = every(source.header(), mappings)?;
     let is_fixed =
         |wanted: &Wanted| axis::names().contains(&&*wanted.name) || mappings.iter().any(|m| m.name == wanted.name);
@@ -149,82 +135,6 @@ fn every(header: &Header, mappings: &[Mapping]) -> Result<Vec<Wanted>, Unusable>
         }
     }
     Ok(wanted)
-}
-
-/// Where the columns come from.
-enum Source {
-    Text(Opening, Vec<u8>),
-    Parquet(parquet::Table),
-}
-
-impl Source {
-    fn header(&self) -> &Header {
-        match self {
-            Source::Text(opening, _) => &opening.header,
-            Source::Parquet(table) => table.header(),
-        }
-    }
-
-    /// Whether the first rows of a column hold something that no `f64` can hold.
-    fn looks_like_text(&self, place: usize) -> bool {
-        match self {
-            Source::Parquet(table) => table.not_numbers(place).is_some(),
-            Source::Text(opening, bytes) => {
-                let Opening { dialect, rows, .. } = opening;
-                bytes[*rows..].split(|byte| *byte == b'\n').take(LOOKED_AT).any(|line| {
-                    cells(line, dialect.separator).get(place).is_some_and(|cell| {
-                        let is_long =
-                            cell.iter().filter(|byte| byte.is_ascii_digit()).count() >= LONG && !cell.contains(&b'.');
-                        is_long || number(cell, dialect.comma).is_err()
-                    })
-                })
-            }
-        }
-    }
-
-    /// Whether a column of whole numbers has lost digits.
-    fn is_inexact(&self, place: usize, column: &[f64]) -> bool {
-        match self {
-            Source::Text(..) => false,
-            Source::Parquet(table) => table.is_whole(place) && column.iter().any(|v| v.abs() >= EXACT),
-        }
-    }
-
-    fn numbers(
-        &self,
-        file: &str,
-        wanted: Vec<Wanted>,
-        selections: &[Selection],
-        progress: Progress,
-    ) -> Result<Numbers, Unusable> {
-        match self {
-            Source::Text(_, bytes) => Ok(text::read(file, bytes, |_| Ok(wanted), selections, progress)?.1),
-            Source::Parquet(table) => table.numbers(&wanted, selections, progress),
-        }
-    }
-
-    /// The cells of a column in some lines, which rise.
-    fn texts(&self, place: usize, lines: &[u64]) -> Result<Vec<String>, Unusable> {
-        let mut wanted = lines.iter().copied().peekable();
-        match self {
-            Source::Text(opening, bytes) => {
-                let mut texts = Vec::with_capacity(lines.len());
-                for (line, text) in (opening.line + 1..).zip(bytes[opening.rows..].split(|byte| *byte == b'\n')) {
-                    if wanted.next_if_eq(&line).is_some() {
-                        let text = text.strip_suffix(b"\r").unwrap_or(text);
-                        let cells = cells(text, opening.dialect.separator);
-                        let cell = cells.get(place).map_or(&b""[..], |cell| cell.trim_ascii());
-                        texts.push(String::from_utf8_lossy(cell).into_owned());
-                    }
-                }
-                Ok(texts)
-            }
-            Source::Parquet(table) => {
-                let texts = (1..).zip(table.texts(place)?);
-                Ok(texts.filter(|(row, _)| wanted.next_if_eq(row).is_some()).map(|(_, text)| text).collect())
-            }
-        }
-    }
 }
 
 #[cfg(test)]

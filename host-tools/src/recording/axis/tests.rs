@@ -267,6 +267,56 @@ fn a_new_segment_is_a_part_without_a_word() {
     assert_eq!(got[0], "line 152: column segment: \"1.5\" is not a whole number; the row is left out");
 }
 
+/// Rows with a cell more, in a column `name`.
+fn with_column(name: &str, cell: &dyn Fn(usize) -> &'static str) -> String {
+    let mut text = format!("time_s,position_m,velocity_m_s,drag_force_n,{name}\n");
+    for n in 0..300 {
+        text += &format!("{},{},0.1,{n},{}\n", n as f64 / 100.0, n as f64 / 1000.0, cell(n));
+    }
+    text
+}
+
+#[test]
+fn names_of_parts_are_parts() {
+    let text = with_column("segment", &|n| ["up", "down", "up"][n / 100]);
+    let (run, losses, got) = messages(&text);
+    assert_eq!(breaks(&run), [(0, Break::Start), (100, Break::Segment), (200, Break::Segment)]);
+    assert_eq!(run.parts.iter().map(|part| part.segment).collect::<Vec<_>>(), [Some(1), Some(2), Some(1)]);
+    let told = "column segment: names of parts instead of numbers, read like that: up is 1, down is 2";
+    assert_eq!((losses.lost, got), (0, vec![format!("line 2: {told}")]));
+    // and in the other kind of file
+    let numbers: Vec<f64> = (0..300).map(f64::from).collect();
+    let names: Vec<String> = (0..300).map(|n| ["up", "down", "up"][n / 100].to_owned()).collect();
+    let texts = |name| super::super::Column { name, cells: super::super::Cells::Texts(&names) };
+    let [time, force, place] =
+        ["time_s", "drag_force_n", "position_m"].map(|name| super::super::Column::numbers(name, &numbers));
+    let mut bytes = Vec::new();
+    let columns = [time, force, place, texts("segment"), texts("preload_n")];
+    super::super::parquet::write(&mut bytes, &columns).expect("memory");
+    let (parquet, losses) = read("a.parquet", &*bytes).expect("usable");
+    assert_eq!(breaks(&parquet), breaks(&run));
+    let got: Vec<_> = losses.problems.iter().map(ToString::to_string).collect();
+    let left_out = "row 1: column preload_n: text instead of numbers in every row; the column is left out";
+    assert_eq!(got, [format!("row 1: {told}"), left_out.to_owned()]);
+}
+
+#[test]
+fn an_optional_column_of_no_use_costs_itself_alone() {
+    let (run, losses, got) = messages(&with_column("preload_n", &|_| "off"));
+    assert_eq!((run.preload_n, losses.found), (None, 1));
+    assert_eq!(got, ["line 2: column preload_n: \"off\" instead of numbers in every row; the column is left out"]);
+    let (run, _, got) = messages(&with_column("velocity_m_s", &|_| "n/a").replace("velocity_m_s,drag", "other,drag"));
+    assert_eq!((run.velocity_m_s, run.parts.len()), (None, 1));
+    assert_eq!(got, ["line 2: column velocity_m_s: \"n/a\" instead of numbers in every row; the column is left out"]);
+    let text = with_column("segment", &|_| "x");
+    let stamps: String =
+        text.lines().enumerate().map(|(n, line)| line.replace(",x", &format!(",at{n}")) + "\n").collect();
+    let (run, _, got) = messages(&stamps);
+    assert_eq!(run.parts.len(), 1);
+    let why = "more than 15 different texts in 300 rows are no parts of a test; the column is left out";
+    assert_eq!(got, [format!("line 2: column segment: {why}")]);
+}
+
 #[test]
 fn a_column_of_motion_is_complete_or_not_there() {
     let file = |position: fn(usize) -> bool, velocity: fn(usize) -> bool| {
