@@ -246,6 +246,32 @@ fn a_bad_simulation_file_has_the_status_of_bad_data() {
     assert_eq!(status, Some(2), "{stderr}");
 }
 
+#[test]
+fn a_recording_counts_once() {
+    let folder = folder("twice");
+    let simulation = folder.join("sim.toml");
+    fs::write(&simulation, SIMULATION).unwrap();
+    let run = record(&folder, SIMULATION, "1");
+    let copy = folder.join("copy.csv").display().to_string();
+    fs::copy(&run, &copy).unwrap();
+    for other in [&run, &copy] {
+        let (status, _, stderr) = diagnose(&[&run, other], &simulation, &[]);
+        assert_eq!(status, Some(2), "{stderr}");
+        assert!(stderr.contains(&format!("{other}: holds the rows of {run}: rows that count twice")), "{stderr}");
+    }
+}
+
+#[test]
+fn without_any_force_to_compare_with_there_is_no_verdict() {
+    let folder = folder("no-law");
+    let simulation = folder.join("sim.toml");
+    let run = record(&folder, SIMULATION, "1");
+    fs::write(&simulation, "schema = \"guideblock.simulation/1\"\n").unwrap();
+    let (status, _, stderr) = diagnose(&[&run], &simulation, &[]);
+    assert_eq!(status, Some(3), "{stderr}");
+    assert!(stderr.contains("no column simulated_force_n and the simulation no [guide]; add [guide]"), "{stderr}");
+}
+
 /// Files that nobody should hand in get a clear answer, and never a panic.
 #[test]
 fn no_input_makes_it_stumble() {

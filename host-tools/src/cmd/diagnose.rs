@@ -8,6 +8,9 @@ use diagnosis::{Options, diagnose};
 use host_tools::diagnosed;
 use host_tools::recording::{Losses, Mapping};
 use host_tools::report::number::{short, significant, with_space};
+use simulation::Simulation;
+use simulation::file::Law;
+use simulation::law::Missing;
 use simulation::run::Run;
 
 use super::outputs::{Files, put};
@@ -59,7 +62,8 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     let SimulationFile { simulation, mappings } = SimulationFile::open(&arguments.simulation)?;
     let options = Options { seed: arguments.seed };
     let open = |files: &[PathBuf]| read(files, &arguments.recording, &mappings);
-    let (runs, losses, holdout) = match open(&arguments.files).and_then(|r| Ok((r, open(&arguments.holdout)?))) {
+    let opened = open(&arguments.files).and_then(|r| Ok((r, open(&arguments.holdout)?)));
+    let (runs, losses, holdout) = match opened.and_then(|opened| has_force(opened, &simulation)) {
         Ok(((runs, losses), (holdout, _))) => (runs, losses, holdout),
         Err(Failure::Data(why)) => {
             // whoever reads the report learns the reason there too
@@ -74,6 +78,10 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         let what = "those rows teach the search and cannot score it; give a recording of its own, or leave --holdout out \
                     and a quarter of the rows is set aside";
         return Err(Failure::Usage(format!("--holdout {}: holds the rows of {}: {what}", kept.name, seen.name)));
+    }
+    if let Some((one, other)) = host_tools::recording::twins_within(&runs) {
+        let what = "rows that count twice make everything look surer than it is; leave one of the two out";
+        return Err(Failure::Usage(format!("{}: holds the rows of {}: {what}", other.name, one.name)));
     }
     let mut outcome = diagnose(&runs, &holdout, &simulation, &options);
     for losses in losses {
@@ -103,6 +111,21 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         Verdict::Match | Verdict::InsufficientData => Ok(()),
         Verdict::Explained | Verdict::Unexplained | Verdict::Ambiguous => Err(Failure::Check),
     }
+}
+
+/// Recordings with what reading them cost, and those that are only scored.
+type Opened = ((Vec<Run>, Vec<Losses>), (Vec<Run>, Vec<Losses>));
+
+/// Whether there is a force to hold the recordings against: a law, or the column of another program in each of them.
+fn has_force(opened: Opened, simulation: &Simulation) -> Result<Opened, Failure> {
+    let mut runs = opened.0.0.iter().chain(&opened.1.0);
+    let without = match simulation.law {
+        Law::Column { .. } => runs.find(|run| run.simulated_force_n.is_none()),
+        Law::Guide(_) | Law::CoulombViscous { .. } => None,
+    };
+    without
+        .map_or(Ok(()), |run| Err(Failure::Data(format!("{}: {}", run.name, Missing::SimulatedForce))))
+        .map(|()| opened)
 }
 
 fn write_json(path: Option<&Path>, diagnosis: &Diagnosis) -> Result<(), Failure> {
