@@ -83,6 +83,19 @@ impl<'a> Item<'a> {
         Mistake::new(&self.key_span, format!("there is no key {}; there are: {}", self.name(), known.join(", ")))
     }
 
+    /// What the value is, for messages about another kind.
+    fn found(&self) -> String {
+        match self.value.get_ref() {
+            DeValue::String(text) => format!("the text {text:?}"),
+            DeValue::Integer(number) => number.to_string(),
+            DeValue::Float(number) => number.to_string(),
+            DeValue::Boolean(value) => value.to_string(),
+            DeValue::Datetime(time) => format!("the time {time}"),
+            DeValue::Array(_) => "a list".to_owned(),
+            DeValue::Table(_) => "a table".to_owned(),
+        }
+    }
+
     /// The value as a section of its own.
     pub(crate) fn table(&self) -> Result<&'a DeTable<'a>, Mistake> {
         self.value.get_ref().as_table().ok_or_else(|| self.wrong(format!("{} must be a table", self.name())))
@@ -90,7 +103,10 @@ impl<'a> Item<'a> {
 
     /// The value as text.
     pub(crate) fn text(&self) -> Result<&'a str, Mistake> {
-        self.value.get_ref().as_str().ok_or_else(|| self.wrong(format!("{} must be a text in quotes", self.name())))
+        self.value
+            .get_ref()
+            .as_str()
+            .ok_or_else(|| self.wrong(format!("{} must be a text in quotes, not {}", self.name(), self.found())))
     }
 
     /// The value as one of a few names.
@@ -111,7 +127,7 @@ impl<'a> Item<'a> {
             DeValue::Float(x) => x.as_str().parse().ok(),
             _ => None,
         };
-        number.ok_or_else(|| self.wrong(format!("{} must be a number", self.name())))
+        number.ok_or_else(|| self.wrong(format!("{} must be a number, not {}", self.name(), self.found())))
     }
 
     /// The value as a number within a range; the message states the range.

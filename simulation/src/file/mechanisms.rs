@@ -23,7 +23,17 @@ pub(super) fn read(item: &Item<'_>) -> Result<Vec<Added>, Mistake> {
     let Some(entries) = item.value.get_ref().as_array() else {
         return Err(item.wrong("mechanisms stand in entries that start with [[mechanism]], in two brackets"));
     };
-    entries.iter().map(entry).collect()
+    let mut all: Vec<Added> = Vec::new();
+    for value in entries {
+        let added = entry(value)?;
+        // the same cause at another place or of another size is one more
+        if all.contains(&added) {
+            let what = format!("{} stands there twice with the same numbers; leave one entry of it", added.id);
+            return Err(Mistake::new(&value.span(), what));
+        }
+        all.push(added);
+    }
+    Ok(all)
 }
 
 fn entry(value: &Spanned<DeValue<'_>>) -> Result<Added, Mistake> {
@@ -46,7 +56,7 @@ fn entry(value: &Spanned<DeValue<'_>>) -> Result<Added, Mistake> {
             format!("{} of form \"{}\" has no {}; it has: {}", definition.id, form.name, other.key, names.join(", "));
         return Err(Mistake::new(&other.key_span, of));
     }
-    let mut values = numbers(form).map(|(name, unit, kind)| {
+    let mut values = numbers(form).map(|(name, unit, legal)| {
         let Some(item) = of(name) else {
             let unit = if unit.is_empty() { String::new() } else { format!(" in {unit}") };
             return Err(Mistake::new(
@@ -55,13 +65,12 @@ fn entry(value: &Spanned<DeValue<'_>>) -> Result<Added, Mistake> {
             ));
         };
         let x = item.any_number()?;
-        let legal = match kind {
-            Number::Above0 => x > 0.0 && x <= LARGEST,
-            Number::Any => x.abs() <= LARGEST,
-            Number::NotNegative => (0.0..=LARGEST).contains(&x),
-            Number::NotPositive => (-LARGEST..=0.0).contains(&x),
-        };
-        if legal { Ok(x) } else { Err(item.wrong(format!("{} must be {}, not {x}", item.name(), kind.text()))) }
+        if legal.allows(x) {
+            Ok(x)
+        } else {
+            let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+            Err(item.wrong(format!("{} must be {}{unit}, not {x}", item.name(), legal.text())))
+        }
     });
     let shape = values.by_ref().take(form.shape.len()).collect::<Result<Vec<f64>, Mistake>>()?;
     let amplitudes = values.collect::<Result<Vec<f64>, Mistake>>()?;
@@ -87,35 +96,55 @@ fn form(definition: &'static Definition, item: &Item<'_>) -> Result<(usize, &'st
 /// Largest number of a form, in its unit: with larger ones forces would overflow.
 const LARGEST: f64 = 1e12;
 
-/// Legal values of a number of a form.
+/// The same of forces and of what grows with speed: as large as the law's own may be.
+const LARGEST_N: f64 = 1e6;
+const LARGEST_N_S_M: f64 = 1e7;
+
+/// What a number of a form may be.
 #[derive(Clone, Copy)]
-enum Number {
-    Above0,
-    Any,
-    NotNegative,
-    NotPositive,
+struct Legal {
+    above_0: bool,
+    from: f64,
+    to: f64,
 }
 
-impl Number {
-    fn text(self) -> &'static str {
+impl Legal {
+    const fn between(from: f64, to: f64) -> Self {
+        Legal { above_0: false, from, to }
+    }
+
+    fn allows(self, x: f64) -> bool {
+        x >= self.from && x <= self.to && !(self.above_0 && x == 0.0)
+    }
+
+    fn text(self) -> String {
         match self {
-            Number::Above0 => "above 0 and at most 1e12",
-            Number::Any => "a number from -1e12 to 1e12",
-            Number::NotNegative => "0 or above, and at most 1e12",
-            Number::NotPositive => "0 or below, and at least -1e12",
+            Legal { above_0: true, to, .. } => format!("above 0 and at most {to:e}"),
+            Legal { from: 0.0, to, .. } => format!("0 or above, and at most {to:e}"),
+            Legal { from, to: 0.0, .. } => format!("0 or below, and at least {from:e}"),
+            Legal { from, to, .. } => format!("a number from {from:e} to {to:e}"),
         }
     }
 }
 
-/// Name, unit and legal values of every number of a form, shape first.
-fn numbers(form: &'static Form) -> impl Iterator<Item = (&'static str, &'static str, Number)> {
+/// Name, unit and what is legal of every number of a form, shape first.
+fn numbers(form: &'static Form) -> impl Iterator<Item = (&'static str, &'static str, Legal)> {
     use crate::mechanism::Sign;
-    let shape = form.shape.iter().map(|p| (p.name, p.unit, if p.log { Number::Above0 } else { Number::Any }));
+    let shape = form.shape.iter().map(|p| {
+        let legal =
+            if p.log { Legal { above_0: true, from: 0.0, to: LARGEST } } else { Legal::between(-LARGEST, LARGEST) };
+        (p.name, p.unit, legal)
+    });
     let amplitudes = form.amplitudes.iter().map(|a| {
+        let most = match a.unit {
+            "N" => LARGEST_N,
+            "N s/m" => LARGEST_N_S_M,
+            _ => LARGEST,
+        };
         let legal = match a.sign {
-            Sign::Positive => Number::NotNegative,
-            Sign::Negative => Number::NotPositive,
-            Sign::Free => Number::Any,
+            Sign::Positive => Legal::between(0.0, most),
+            Sign::Negative => Legal::between(-most, 0.0),
+            Sign::Free => Legal::between(-most, most),
         };
         (a.name, a.unit, legal)
     });

@@ -150,7 +150,7 @@ fn mistakes_have_line_column_and_what_would_be_right() {
         ("guide = 3", "line 2, column 9: guide must be a table"),
         ("[guide]\nhersey = \"both\"", "line 3, column 10: guide.hersey must be one of: \"slip\", \"carriage\""),
         ("[guide]\nparameters = \"x\"", "line 3, column 14: guide.parameters must be one of: \"zhou-2023\""),
-        ("[guide]\nconformity = \"x\"", "line 3, column 14: guide.conformity must be a number"),
+        ("[guide]\nconformity = \"x\"", "line 3, column 14: guide.conformity must be a number, not the text \"x\""),
         (
             "[guide]\nconformity = 0.5",
             "line 3, column 14: guide.conformity must lie between 0.501 and 0.6 (groove radius over ball diameter), not 0.5",
@@ -218,14 +218,22 @@ fn mistakes_have_line_column_and_what_would_be_right() {
         ),
         ("[[mechanism]]\nid = \"seal-drag\"", "line 3, column 1: seal-drag of form \"minimal\" needs drag_n in N"),
         (
+            "[[mechanism]]\nid = \"seal-drag\"\ndrag_n = 1e9",
+            "line 4, column 10: mechanism.drag_n must be 0 or above, and at most 1e6 N, not 1000000000",
+        ),
+        (
+            "[[mechanism]]\nid = \"seal-drag\"\ndrag_n = 2\n[[mechanism]]\nid = \"seal-drag\"\ndrag_n = 2.0",
+            "line 5, column 1: seal-drag stands there twice with the same numbers; leave one entry of it",
+        ),
+        (
             "[[mechanism]]\nid = \"seal-drag\"\ndrag_n = -1",
-            "line 4, column 10: mechanism.drag_n must be 0 or above, and at most 1e12, not -1",
+            "line 4, column 10: mechanism.drag_n must be 0 or above, and at most 1e6 N, not -1",
         ),
         (
             "[[mechanism]]\nid = \"run-in\"\nlength_m = 0\ndrag_n = 1",
-            "line 4, column 12: mechanism.length_m must be above 0 and at most 1e12, not 0",
+            "line 4, column 12: mechanism.length_m must be above 0 and at most 1e12 m, not 0",
         ),
-        ("[columns]\ndrag_force_n = 3", "line 3, column 16: columns.drag_force_n must be a text in quotes"),
+        ("[columns]\ndrag_force_n = 3", "line 3, column 16: columns.drag_force_n must be a text in quotes, not 3"),
         ("curve = 3", "line 2, column 9: curves stand in entries that start with [[curve]], in two brackets"),
         ("curve = [3]", "line 2, column 10: a curve must be a table with axis, carrier, at and height"),
         ("[[curve]]\ncarrier = \"odd\"", "line 2, column 1: a curve needs axis, such as axis = \"velocity\""),
@@ -288,7 +296,7 @@ fn mistakes_in_the_numbers_of_a_curve_have_line_and_column() {
         ("time", "height = [1]", "line 2, column 1: a curve needs at, such as at = [0.01, 0.1, 0.5]"),
         ("time", "at = [0, 1]", "line 2, column 1: a curve needs height, such as height = [0.0, 0.4, 1.3]"),
         ("time", "at = 3\nheight = [1]", "line 5, column 6: curve.at must be a list of numbers"),
-        ("time", "at = [0, \"x\"]\nheight = [1]", "line 5, column 10: curve.at must be a number"),
+        ("time", "at = [0, \"x\"]\nheight = [1]", "line 5, column 10: curve.at must be a number, not the text \"x\""),
         ("time", "at = [0]\nheight = [1]", "line 5, column 6: curve.at must have two numbers or more"),
         (
             "time",
