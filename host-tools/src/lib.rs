@@ -35,4 +35,5 @@ pub mod replay;
 pub mod report;
 pub mod rig;
 pub mod simulate;
+pub mod toml_place;
 pub mod trial;

@@ -18,6 +18,8 @@ use model_core::params::Params;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
+use crate::toml_place::{self, Key};
+
 /// The value of `schema`.
 pub const SCHEMA: &str = "guideblock.bench/1";
 
@@ -47,11 +49,21 @@ pub enum BadBench {
         expected: &'static str,
     },
     /// A value of the wrong type.
-    #[error("{0}")]
+    #[error("{}", .0.message())]
     Type(#[source] toml::de::Error),
     /// A value outside its range.
     #[error("{0}")]
     Refused(EncodeError),
+    /// The same with where in the file it stands.
+    #[error("line {line}, column {column}: {what}")]
+    At {
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// What is wrong there.
+        what: Box<BadBench>,
+    },
 }
 
 /// The whole of a bench file.
@@ -75,6 +87,43 @@ impl BenchFile {
 /// [`BadBench`], naming the key.
 pub fn from_bench(text: &str) -> Result<ParameterRecord, BadBench> {
     let overrides: Table = text.parse().map_err(BadBench::Syntax)?;
+    from_table(overrides.clone()).map_err(|what| match place(text, &overrides, &what) {
+        Some(Key { line, column, .. }) => BadBench::At { line, column, what: Box::new(what) },
+        None => what,
+    })
+}
+
+/// Where a mistake stands.
+fn place(text: &str, overrides: &Table, what: &BadBench) -> Option<Key> {
+    match what {
+        BadBench::Schema => toml_place::find(text, &["schema"]),
+        BadBench::UnknownKey { key, .. } | BadBench::Shape { key, .. } => {
+            toml_place::find(text, &key.split('.').collect::<Vec<_>>())
+        }
+        // the first key that would be refused if it stood there alone
+        BadBench::Type(_) | BadBench::Refused(_) => {
+            let is_wrong = |key: &Key| alone(overrides, &key.path).is_some_and(|table| from_table(table).is_err());
+            toml_place::keys(text).into_iter().find(is_wrong)
+        }
+        BadBench::Syntax(_) | BadBench::At { .. } => None,
+    }
+}
+
+/// The schema and one key of all.
+fn alone(overrides: &Table, path: &[String]) -> Option<Table> {
+    let mut value = overrides.get(path.first()?)?;
+    for key in &path[1..] {
+        value = value.get(key)?;
+    }
+    let nested = path[1..]
+        .iter()
+        .rev()
+        .fold(value.clone(), |inner, key| Value::Table([(key.clone(), inner)].into_iter().collect()));
+    let schema = ("schema".to_owned(), Value::String(SCHEMA.to_owned()));
+    Some([schema, (path[0].clone(), nested)].into_iter().collect())
+}
+
+fn from_table(overrides: Table) -> Result<ParameterRecord, BadBench> {
     if overrides.get("schema").and_then(Value::as_str) != Some(SCHEMA) {
         return Err(BadBench::Schema);
     }
@@ -165,13 +214,20 @@ mod tests {
         let message = |text: &str| from_bench(&format!("{HEAD}{text}")).expect_err("refused").to_string();
         assert_eq!(
             message("[calibration.force]\nzero = 1.0"),
-            "there is no parameter calibration.force.zero; there are: newtons_per_code, rail_high_code, rail_low_code, zero_code"
+            "line 3, column 1: there is no parameter calibration.force.zero; there are: newtons_per_code, rail_high_code, rail_low_code, zero_code"
         );
-        assert_eq!(message("seals = 3.0"), "seals must be a table");
-        assert_eq!(message("node.number = 3"), "node must be a value");
-        assert_eq!(message("node = 128"), "node 128 is not 1 to 127");
-        assert_eq!(message("[seals]\ncoulomb_n = -1.0"), "seal_drag_n must lie between 0 and 10000 N");
-        assert!(message("node = \"one\"").contains("invalid type"), "{}", message("node = \"one\""));
+        assert_eq!(message("seals = 3.0"), "line 2, column 1: seals must be a table");
+        assert_eq!(message("node.number = 3"), "line 2, column 6: node must be a value");
+        assert_eq!(message("node = 128"), "line 2, column 1: node 128 is not 1 to 127");
+        assert_eq!(
+            message("[seals]\ncoulomb_n = -1.0"),
+            "line 3, column 1: seal_drag_n must lie between 0 and 10000 N"
+        );
+        assert_eq!(
+            message("calibrated = true\nnode = \"one\""),
+            "line 3, column 1: invalid type: string \"one\", expected u8"
+        );
+        assert!(message("node = 3\nnode = 4").contains("line 3, column 1"), "{}", message("node = 3\nnode = 4"));
         assert!(message("node = ").contains("line 2"), "{}", message("node = "));
         assert_eq!(
             from_bench("node = 1").expect_err("refused").to_string(),

@@ -3,12 +3,16 @@
 use std::fs;
 use std::path::Path;
 
-use host_tools::recording::Mapping;
+use host_tools::recording::{Mapping, axis};
+use host_tools::toml_place;
 use simulation::Simulation;
 use simulation::file::Law;
 use simulation::guide::GuideSet;
 
 use super::Failure;
+
+/// Columns that only tables of means have.
+const OF_TABLES: [&str; 1] = ["drag_force_sigma_n"];
 
 /// A simulation with how it wants columns to be read.
 pub(crate) struct SimulationFile {
@@ -20,10 +24,19 @@ impl SimulationFile {
     /// Reads a file. Whatever is wrong inside it is [`Failure::Data`]; that it cannot be opened is wrong usage.
     pub(crate) fn open(path: &Path) -> Result<Self, Failure> {
         let unusable = |why: String| Failure::Data(format!("{}: {why}", path.display()));
-        let simulation = Simulation::from_toml(&text(path)?).map_err(|why| unusable(why.to_string()))?;
-        let mapping = |(name, text): &(String, String)| Mapping::new(name, text);
-        let mappings = simulation.columns.iter().map(mapping).collect::<Result<_, _>>();
-        let mappings = mappings.map_err(|why| unusable(format!("[columns]: {why}")))?;
+        let text = text(path)?;
+        let simulation = Simulation::from_toml(&text).map_err(|why| unusable(why.to_string()))?;
+        let mapping = |(name, mapping): &(String, String)| {
+            let at = toml_place::find(&text, &["columns", name])
+                .map_or_else(String::new, |key| format!("line {}, column {}: ", key.line, key.column));
+            let known: Vec<_> = axis::names().into_iter().chain(OF_TABLES).collect();
+            if !known.contains(&&**name) {
+                let what = format!("nothing reads a column {name}; there are: {}", known.join(", "));
+                return Err(unusable(format!("{at}{what}")));
+            }
+            Mapping::new(name, mapping).map_err(|why| unusable(format!("{at}columns.{name}: {why}")))
+        };
+        let mappings = simulation.columns.iter().map(mapping).collect::<Result<_, _>>()?;
         Ok(SimulationFile { simulation, mappings })
     }
 
@@ -51,7 +64,7 @@ impl SimulationFile {
 
 /// The text of a simulation file, which a recording given by mistake is not.
 pub(super) fn text(path: &Path) -> Result<String, Failure> {
-    let bytes = fs::read(path).map_err(|error| Failure::file(path, error))?;
+    let bytes = fs::read(path).map_err(|error| Failure::io(path, error))?;
     String::from_utf8(bytes).map_err(|_| {
         let schema = simulation::file::SCHEMA;
         let what = format!("this is no text; a simulation file is TOML that starts with schema = \"{schema}\"");

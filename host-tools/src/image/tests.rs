@@ -298,7 +298,8 @@ fn a_place_without_a_zero_is_refused_and_so_is_the_same_twice() {
     let why = build(&simulation(&text), &UNPROGRAMMED, &TOLD).expect_err("refused").to_string();
     assert!(why.contains("position_reference"), "{why}");
     let seal = entry("id = \"seal-drag\"\ndrag_n = 4.0");
-    let why = build(&simulation(&format!("{seal}{seal}")), &UNPROGRAMMED, &TOLD).expect_err("refused").to_string();
+    let other = entry("id = \"seal-drag\"\ndrag_n = 4.5");
+    let why = build(&simulation(&format!("{seal}{other}")), &UNPROGRAMMED, &TOLD).expect_err("refused").to_string();
     assert!(why.contains("twice"), "{why}");
     let why = build(&Simulation::of(Law::COLUMN), &UNPROGRAMMED, &TOLD).expect_err("no guide").to_string();
     assert!(why.contains("ball guide"), "{why}");
