@@ -32,6 +32,9 @@ pub const MIN_ROWS: usize = 200;
 /// Share of rows without one of the two columns of motion up to which those rows are given up; above, the column is.
 const MOTION_ROWS: f64 = 0.01;
 
+/// Share of rows whose time is before that of the row above beyond which no order of parts is meant.
+const BACKWARDS: f64 = 0.25;
+
 /// The columns that mean something in a run, and what their empty and spoilt cells cost.
 const COLUMNS: [(&str, Need); 12] = [
     ("time_s", Need::Everywhere),
@@ -170,6 +173,10 @@ pub(super) fn assemble(file: &str, wanted: &[Wanted], numbers: Numbers) -> Resul
     let mut rows = Rows { columns: wanted.iter().map(|wanted| &*wanted.name).zip(columns).collect(), places };
     let mut found = Losses::default();
     rows.complete_motion(&mut found);
+    let falls = rows.column("time_s").map_or(0, |time| time.windows(2).filter(|w| w[1] < w[0]).count());
+    if falls as f64 > BACKWARDS * rows.places.len() as f64 {
+        return Err(Unusable::Backwards { file: file.to_owned(), falls, rows: rows.places.len() });
+    }
     let parts = rows.split(&mut found);
     losses.absorb(found);
     let rows_left = parts.last().map_or(0, |part| part.rows.end);
@@ -197,7 +204,10 @@ pub(super) fn assemble(file: &str, wanted: &[Wanted], numbers: Numbers) -> Resul
         return Err(Unusable::ConstantForce { file: file.to_owned(), value_n });
     }
     match units::check(&run) {
-        Err(wrong) => Err(Unusable::Units { file: file.to_owned(), column: wrong.column, why: wrong.why }),
+        Err(wrong) => {
+            let (file, column, fix) = (file.to_owned(), wrong.column, fix(&wrong, wanted));
+            Err(Unusable::Units { file, column, why: wrong.why, fix })
+        }
         Ok(units::Sign::Opposite) => {
             let mut said = Losses::default();
             said.note(rows.places.place(0), Some("velocity_m_s"), Fault::OppositeVelocity, Cost::AsSaid);
@@ -206,6 +216,18 @@ pub(super) fn assemble(file: &str, wanted: &[Wanted], numbers: Numbers) -> Resul
         }
         Ok(units::Sign::Same) => Ok((run, losses)),
     }
+}
+
+/// The options that read a column in the units which it may be in.
+fn fix(wrong: &units::Wrong, wanted: &[Wanted]) -> String {
+    let option = |(unit, name, scale): &(&str, &str, &str)| {
+        // the file's own name and scale of a mapped column stand on the command line or in the simulation file
+        let is_plain = wanted.iter().any(|wanted| wanted.name == *name && wanted.told == *name);
+        let column = if is_plain { name } else { "COLUMN" };
+        format!("{unit}: --column {name}={column}:{scale}")
+    };
+    let options: Vec<_> = wrong.fixes.iter().map(option).collect();
+    if options.is_empty() { String::new() } else { format!("; if {}", options.join("; if ")) }
 }
 
 /// Columns by name and where their rows stood.

@@ -91,6 +91,10 @@ impl Header {
 
     /// A column that is not there.
     pub(super) fn missing(&self, column: &str, advice: &str) -> Unusable {
+        let is_meant = |name: &&String| name.eq_ignore_ascii_case(column);
+        let meant =
+            self.names.iter().find(is_meant).map(|name| format!("; did you mean {name}? --column {column}={name}"));
+        let advice = meant.as_deref().unwrap_or(advice);
         Unusable::MissingColumn {
             file: self.file.clone(),
             place: self.place(),

@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use crate::report::number::short;
+
 /// What is wrong with one row.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Fault {
@@ -166,13 +168,21 @@ pub enum Fault {
         to_s: f64,
     },
     /// Samples are missing.
-    #[error("{missing_s:.3} s without samples (median step {step_s:.4} s); what follows is a part of its own")]
+    #[error("{}; what follows is a part of its own", gap(*missing_s, *step_s))]
     Gap {
         /// Time without samples.
         missing_s: f64,
         /// Usual step.
         step_s: f64,
     },
+}
+
+/// Rows that are missing and what tells it.
+fn gap(missing_s: f64, step_s: f64) -> String {
+    let rows = (missing_s / step_s).round();
+    let rows = if rows == 1.0 { "1 row".to_owned() } else { format!("{rows} rows") };
+    let [since_s, step_s] = [missing_s + step_s, step_s].map(|s| short(s, 4));
+    format!("{rows} missing: {since_s} s since the last one, steps are {step_s} s")
 }
 
 impl Fault {
@@ -301,7 +311,7 @@ impl Losses {
         if let more @ 1.. = self.found.saturating_sub(lines.len() as u64) {
             lines.push(format!("{file}: {more} more problems of these kinds"));
         }
-        if !lines.is_empty() {
+        if self.lost > 0 {
             lines.push(format!("{file}: {} of {} rows lost", self.lost, self.rows));
         }
         lines

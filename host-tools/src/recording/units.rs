@@ -56,7 +56,17 @@ pub(super) struct Wrong {
     pub(super) column: &'static str,
     /// What is seen, and which unit it may be.
     pub(super) why: String,
+    /// Units that may be meant, the column that is then in them, and its scale.
+    pub(super) fixes: &'static [Fix],
 }
+
+/// A unit, a column and its scale.
+pub(super) type Fix = (&'static str, &'static str, &'static str);
+
+const SPEED_IN_MM: &[Fix] = &[("mm/s", "velocity_m_s", "0.001"), ("mm/min", "velocity_m_s", "1.6666666666666667e-5")];
+const PLACE_IN_MM: &[Fix] = &[("mm", "position_m", "0.001"), ("min", "time_s", "60")];
+const ACCELERATION_IN_MM: &[Fix] = &[("mm/s²", "acceleration_m_s2", "0.001")];
+const TIME_IN_MIN: &[Fix] = &[("min", "time_s", "60"), ("h", "time_s", "3600")];
 
 /// How velocity and position agree on the direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,45 +79,58 @@ pub(super) enum Sign {
 
 /// Looks at every column.
 pub(super) fn check(run: &Run) -> Result<Sign, Wrong> {
-    let wrong = |column, why: String| Err(Wrong { column, why });
+    let wrong = |column, why: String, fixes| Err(Wrong { column, why, fixes });
     let step_s = median_step(run);
     if step_s < STEP_S {
-        return wrong("time_s", format!("the median step is {step_s:.3e} s; time in min or h?"));
+        return wrong("time_s", format!("the median step is {step_s:.3e} s; time in min or h?"), TIME_IN_MIN);
     }
     if let Some(speed) = run.velocity_m_s.as_deref().map(|v| usual(v, f64::abs))
         && speed > SPEED_M_S
     {
-        return wrong("velocity_m_s", format!("usual speeds reach {speed:.1} m/s; in mm/s or mm/min?"));
+        return wrong("velocity_m_s", format!("usual speeds reach {speed:.1} m/s; in mm/s or mm/min?"), SPEED_IN_MM);
     }
     if let Some(position) = &run.position_m {
         let (low, high) =
             position.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)));
         if high - low > TRAVEL_M {
-            return wrong("position_m", format!("it spans {:.1} m; in mm or um?", high - low));
+            return wrong(
+                "position_m",
+                format!("it spans {:.1} m; in mm or um?", high - low),
+                &[("mm", "position_m", "0.001"), ("um", "position_m", "1e-6")],
+            );
         }
         let speeds: Vec<_> =
             pairs(run).map(|n| (position[n + 1] - position[n]) / (run.time_s[n + 1] - run.time_s[n])).collect();
         // half of the rows are enough to tell a fast axis from the noise of a position that stands still
         let speed = quantile(&speeds, f64::abs, 0.5);
         if speed > SPEED_M_S {
-            return wrong("position_m", format!("it changes by {speed:.1} m/s; position in mm, or time in min?"));
+            return wrong(
+                "position_m",
+                format!("it changes by {speed:.1} m/s; position in mm, or time in min?"),
+                PLACE_IN_MM,
+            );
         }
         // an axis that is mostly slow shows it where it is fast; over many rows the noise of an encoder is nothing
         let speeds = window_speeds(run, position);
         let speed = quantile(&speeds, f64::abs, FASTEST);
         if speeds.len() >= FEWEST_WINDOWS && speed > SPEED_M_S {
-            return wrong("position_m", format!("it changes by up to {speed:.1} m/s; position in mm, or time in min?"));
+            return wrong(
+                "position_m",
+                format!("it changes by up to {speed:.1} m/s; position in mm, or time in min?"),
+                PLACE_IN_MM,
+            );
         }
     }
-    for (column, values) in [
-        ("drag_force_n", Some(&run.drag_force_n)),
-        ("preload_n", run.preload_n.as_ref()),
-        ("external_load_n", run.external_load_n.as_ref()),
-    ] {
+    let forces: [(_, _, &[Fix]); 3] = [
+        ("drag_force_n", Some(&run.drag_force_n), &[("mN", "drag_force_n", "0.001")]),
+        ("preload_n", run.preload_n.as_ref(), &[("mN", "preload_n", "0.001")]),
+        ("external_load_n", run.external_load_n.as_ref(), &[("mN", "external_load_n", "0.001")]),
+    ];
+    for (column, values, fixes) in forces {
         if let Some(force) = values.map(|values| usual(values, f64::abs))
             && force > FORCE_N
         {
-            return wrong(column, format!("usual forces reach {force:.4e} N; in mN?"));
+            return wrong(column, format!("usual forces reach {force:.4e} N; in mN?"), fixes);
         }
     }
     if let Some(preload) = &run.preload_n
@@ -116,28 +139,36 @@ pub(super) fn check(run: &Run) -> Result<Sign, Wrong> {
         && least < -LOAD_ZERO_N
     {
         let why = format!(
-            "it is as low as {least:.1} N and hardly ever above 0; a preload is positive: a load cell of the other sign \
-             (SCALE -1)?"
+            "it is as low as {least:.1} N and hardly ever above 0; a preload is positive: a load cell of the other sign?"
         );
-        return wrong("preload_n", why);
+        return wrong("preload_n", why, &[("so", "preload_n", "-1")]);
     }
     if let Some(acceleration) = run.acceleration_m_s2.as_deref().map(|a| usual(a, f64::abs))
         && acceleration > ACCELERATION_M_S2
     {
-        return wrong("acceleration_m_s2", format!("usual accelerations reach {acceleration:.4e} m/s²; in mm/s²?"));
+        return wrong(
+            "acceleration_m_s2",
+            format!("usual accelerations reach {acceleration:.4e} m/s²; in mm/s²?"),
+            ACCELERATION_IN_MM,
+        );
     }
-    for (column, values) in [
-        ("temperature_block_degc", &run.temperature_block_degc),
-        ("temperature_rail_degc", &run.temperature_rail_degc),
-        ("temperature_ambient_degc", &run.temperature_ambient_degc),
-    ] {
+    let temperatures: [(_, _, &[Fix]); 3] = [
+        ("temperature_block_degc", &run.temperature_block_degc, &[("K", "temperature_block_degc", "1:-273.15")]),
+        ("temperature_rail_degc", &run.temperature_rail_degc, &[("K", "temperature_rail_degc", "1:-273.15")]),
+        ("temperature_ambient_degc", &run.temperature_ambient_degc, &[("K", "temperature_ambient_degc", "1:-273.15")]),
+    ];
+    for (column, values, fixes) in temperatures {
         let Some(values) = values else { continue };
         let middle = quantile(values, |t| t, 0.5);
         if middle > TEMPERATURE_DEGC[1] {
-            return wrong(column, format!("it is {middle:.1} °C; in K? (then --column {column}={column}:1:-273.15)"));
+            return wrong(column, format!("it is {middle:.1} °C; in K?"), fixes);
         }
         if middle < TEMPERATURE_DEGC[0] {
-            return wrong(column, format!("it is {middle:.1} °C; another unit, or a sensor that is not connected?"));
+            return wrong(
+                column,
+                format!("it is {middle:.1} °C; another unit, or a sensor that is not connected?"),
+                &[],
+            );
         }
     }
     travel_against_velocity(run)
@@ -173,22 +204,28 @@ fn travel_against_velocity(run: &Run) -> Result<Sign, Wrong> {
     if ratio >= TRAVEL_RATIO {
         let why =
             format!("it changes {ratio:.1} times as fast as velocity_m_s says; position in mm, or velocity in m/min?");
-        return Err(Wrong { column: "position_m", why: swap_hint(why, ratio) });
+        let fixes =
+            &[("position in mm", "position_m", "0.001"), ("velocity in m/min", "velocity_m_s", "0.016666666666666666")];
+        return Err(Wrong { column: "position_m", why, fixes });
     }
     if ratio <= 1.0 / TRAVEL_RATIO {
         let why = format!("it is {:.1} times as fast as position_m changes", 1.0 / ratio);
-        return Err(Wrong { column: "velocity_m_s", why: swap_hint(why, ratio) });
+        let (hint, fixes) = swap_hint(ratio);
+        return Err(Wrong { column: "velocity_m_s", why: why + hint, fixes });
     }
     Ok(if correlation < 0.0 { Sign::Opposite } else { Sign::Same })
 }
 
 /// Which unit makes such a ratio of travel to summed velocity.
-fn swap_hint(why: String, ratio: f64) -> String {
-    why + match ratio {
-        r if r < 2e-4 => "; velocity in mm/min?",
-        r if r < 5e-3 => "; velocity in mm/s, or time in ms?",
-        r if r < 0.1 => "; velocity in m/min?",
-        _ => "",
+fn swap_hint(ratio: f64) -> (&'static str, &'static [Fix]) {
+    match ratio {
+        r if r < 2e-4 => ("; velocity in mm/min?", &[("so", "velocity_m_s", "1.6666666666666667e-5")]),
+        r if r < 5e-3 => (
+            "; velocity in mm/s, or time in ms?",
+            &[("velocity in mm/s", "velocity_m_s", "0.001"), ("time in ms", "time_s", "0.001")],
+        ),
+        r if r < 0.1 => ("; velocity in m/min?", &[("so", "velocity_m_s", "0.016666666666666666")]),
+        _ => ("", &[]),
     }
 }
 
@@ -398,7 +435,7 @@ mod tests {
             (
                 &|run| scaled(&mut run.preload_n, -1.0),
                 "preload_n: it is as low as -3000.0 N and hardly ever above 0; a preload is positive: a load cell of the \
-                 other sign (SCALE -1)?",
+                 other sign?",
             ),
             (
                 &|run| scaled(&mut run.acceleration_m_s2, 1e5),
@@ -406,8 +443,7 @@ mod tests {
             ),
             (
                 &|run| run.temperature_block_degc.iter_mut().flatten().for_each(|t| *t += 273.15),
-                "temperature_block_degc: it is 297.1 °C; in K? (then --column \
-                 temperature_block_degc=temperature_block_degc:1:-273.15)",
+                "temperature_block_degc: it is 297.1 °C; in K?",
             ),
             (
                 &|run| scaled(&mut run.temperature_block_degc, -10.0),

@@ -6,7 +6,7 @@ use super::Losses;
 #[derive(Debug, thiserror::Error)]
 pub enum Unusable {
     /// The file cannot be read.
-    #[error("{file}: {source}")]
+    #[error("{file}: {}", crate::files::why(source))]
     Io {
         /// The file.
         file: String,
@@ -139,6 +139,16 @@ pub enum Unusable {
         /// The first problem, ready to be appended.
         first: String,
     },
+    /// The clock falls in many rows.
+    #[error("{file}: column time_s: time runs backwards in {falls} of {rows} rows: sort the file by time")]
+    Backwards {
+        /// The file.
+        file: String,
+        /// Rows whose time is before that of the row above.
+        falls: usize,
+        /// All rows.
+        rows: usize,
+    },
     /// The force column holds one value.
     #[error("{file}: column drag_force_n is {value_n} N in every row: sensor not connected, or the wrong column")]
     ConstantForce {
@@ -148,7 +158,7 @@ pub enum Unusable {
         value_n: f64,
     },
     /// A column cannot be in the unit that its name says.
-    #[error("{file}: column {column}: {why}; if so, name the unit with --column {column}=COLUMN:SCALE")]
+    #[error("{file}: column {column}: {why}{fix}")]
     Units {
         /// The file.
         file: String,
@@ -156,6 +166,8 @@ pub enum Unusable {
         column: &'static str,
         /// What cannot be, and what the unit may be instead.
         why: String,
+        /// The option that reads the column in that unit, ready to be appended.
+        fix: String,
     },
 }
 
@@ -168,7 +180,13 @@ impl Unusable {
     /// Whether the file could be read as such, and only what it holds is of no use: too few rows, a force that never
     /// changes, units that cannot be meant.
     pub fn was_read(&self) -> bool {
-        matches!(self, Unusable::TooFew { .. } | Unusable::ConstantForce { .. } | Unusable::Units { .. })
+        matches!(
+            self,
+            Unusable::TooFew { .. }
+                | Unusable::Backwards { .. }
+                | Unusable::ConstantForce { .. }
+                | Unusable::Units { .. }
+        )
     }
 
     pub(super) fn too_few(file: &str, used: usize, what: &'static str, needed: usize, losses: &Losses) -> Self {

@@ -218,7 +218,7 @@ fn gaps_and_clock_jumps_start_parts() {
     assert_eq!(
         got,
         [
-            "line 102: column time_s: 0.020 s without samples (median step 0.0100 s); what follows is a part of its \
+            "line 102: column time_s: 2 rows missing: 0.03 s since the last one, steps are 0.01 s; what follows is a part of its \
              own",
             "line 106: column time_s: clock jumps back from 1.05 s to 1.04 s; what follows is a part of its own"
         ]
@@ -274,6 +274,29 @@ fn with_column(name: &str, cell: &dyn Fn(usize) -> &'static str) -> String {
         text += &format!("{},{},0.1,{n},{}\n", n as f64 / 100.0, n as f64 / 1000.0, cell(n));
     }
     text
+}
+
+#[test]
+fn a_column_that_is_spelt_otherwise_and_a_clock_that_falls_are_told() {
+    let why = refused("TIME_S,position_m,drag_force_n\n0,0,1\n");
+    assert!(why.ends_with("; did you mean TIME_S? --column time_s=TIME_S"), "{why}");
+    let falling: String = (0..300).map(|n| format!("{},0.1,{n}\n", f64::from(300 - n) / 100.0)).collect();
+    assert_eq!(
+        refused(&format!("time_s,velocity_m_s,drag_force_n\n{falling}")),
+        "a.csv: column time_s: time runs backwards in 299 of 300 rows: sort the file by time"
+    );
+}
+
+#[test]
+fn a_unit_that_cannot_be_meant_has_its_option() {
+    let rows: String = (0..300).map(|n| format!("{},{},{n}\n", f64::from(n) / 100.0, f64::from(n) * 1.5)).collect();
+    let why = refused(&format!("time_s,position_m,drag_force_n\n{rows}"));
+    let options = "if mm: --column position_m=position_m:0.001; if min: --column time_s=time_s:60";
+    assert!(why.ends_with(&format!("position in mm, or time in min?; {options}")), "{why}");
+    let mapping = ["position_m=x:2".parse().expect("sound")];
+    let bytes = format!("time_s,x,drag_force_n\n{rows}").into_bytes();
+    let why = from_bytes("a.csv", bytes, &mapping, &[], &silent).expect_err("units").to_string();
+    assert!(why.contains("if mm: --column position_m=COLUMN:0.001;"), "{why}");
 }
 
 #[test]
