@@ -233,6 +233,10 @@ impl Known {
             Err(why) => refuse(input, format!("{why}, not {x}")),
         };
         let speed = check("speed_m_s", motion.speed_m_s.abs())?;
+        if speed == 0.0 {
+            let what = "speed_m_s must be above 0: the law holds for steady motion, at rest friction is not determined";
+            return refuse("speed_m_s", what.to_owned());
+        }
         let seal_n = check("seal_drag_n", motion.seal_drag_n)?;
         let viscosity_cst = match (motion.oil, set.lubricant()) {
             (Oil::Viscosity(nu), _) => check("viscosity_cst", nu)?,
@@ -338,6 +342,7 @@ mod tests {
         assert_eq!(input(1e6, at(100.0, 0.05, 0.0)), "force_n");
         assert_eq!(input(5.0, at(0.0, 0.05, 0.0)), "viscosity_cst");
         assert_eq!(input(5.0, at(100.0, 21.0, 0.0)), "speed_m_s");
+        assert_eq!(input(5.0, at(100.0, 0.0, 0.0)), "speed_m_s");
         assert_eq!(input(5.0, at(100.0, 0.05, -1.0)), "seal_drag_n");
         let cold = Motion { speed_m_s: 0.05, oil: Oil::Temperature(-40.0), seal_drag_n: 0.0 };
         assert_eq!(input(5.0, cold), "temperature_degc");

@@ -90,7 +90,11 @@ fn mistakes_have_their_exit_status() {
     assert_eq!(status(&["preload", "--force", "-20", "--speed", "0.05", "--viscosity", "100"], ""), Some(2));
     assert_eq!(status(&["drag", "--csv"], "preload_n,speed_m_s\n3000,0.05\n"), Some(3));
     assert_eq!(status(&["drag", "--csv"], "speed_m_s\n0.05\n"), Some(3));
-    assert_eq!(status(&["drag", "--csv"], ""), Some(3));
+    let (empty, _, said) = guideblock(&["drag", "--csv"], "");
+    assert!(empty == Some(3) && said.contains("standard input: it is empty"), "{said}");
+    let at_rest = ["preload", "--force", "20", "--speed-m-min", "0", "--viscosity", "100"];
+    let (status_at_rest, _, said) = guideblock(&at_rest, "");
+    assert!(status_at_rest == Some(2) && said.contains("speed_m_s must be above 0"), "{said}");
     assert_eq!(status(&["drag", "no such file"], ""), Some(2));
 }
 

@@ -59,6 +59,12 @@ pub(super) fn many(
     let source = FlushFirst { reader: input.reader, writer: Rc::clone(&writer) };
     let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(source);
     let header = reader.headers().map_err(|why| Failure::Data(format!("{}: {why}", input.name)))?.clone();
+    if header.is_empty() {
+        return Err(Failure::Data(format!(
+            "{}: it is empty; a table starts with the names of its columns",
+            input.name
+        )));
+    }
     let columns = Columns::of(direction, &header);
     if columns.given.is_none() && given.is_none() {
         let names = names.join(" or ");
