@@ -4,6 +4,16 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+/// Why a file cannot be read or written, in the same words everywhere.
+pub fn why(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::NotFound => "there is no such file".to_owned(),
+        io::ErrorKind::IsADirectory => "this is a folder, not a file".to_owned(),
+        io::ErrorKind::PermissionDenied => "the system does not permit it".to_owned(),
+        _ => error.to_string(),
+    }
+}
+
 /// Whether a name is that of a stream, of which nothing is lost when it is written: `-`, a device, a pipe.
 pub fn is_stream(path: &Path) -> bool {
     // what a shell opened for this process has the name of a link, possibly to a regular file

@@ -107,9 +107,19 @@ fn what_is_wrong_has_its_exit_status_and_says_what_to_do() {
     for (arguments, status, says) in [
         (&["identify", "--bus", "desk", "--node", "7"][..], 3, "node 7 does not answer"),
         (&["identify"], 2, "name the bus"),
-        (&["identify", "--bus", "slcan:/dev/guideblock-nobody"], 2, "/dev/guideblock-nobody: No such file"),
+        (&["identify", "--bus", "slcan:/dev/guideblock-nobody"], 2, "/dev/guideblock-nobody: there is no such file"),
         (&["identify", "--bus", "tests/cli/bus.log"], 2, "can only be listened to"),
-        (&["set", "warn-below", "2000", "--key", "0x123", "--bus", "desk"], 1, "Key (2008.1): the value means nothing"),
+        (
+            &["set", "warn-below", "2000", "--key", "0x123", "--bus", "desk"],
+            1,
+            "wrong key: the block has another one; give its own with --key",
+        ),
+        (&["set", "warn-below", "-5", "--bus", "desk"], 2, "warn-below: \"-5\" is not a whole number from 0 to 65535"),
+        (
+            &["identify", "--bus", "foo"],
+            2,
+            "foo: there is no such file; a bus is candump text in a FILE or -, slcan:PORT, ",
+        ),
         (&["set", "warn-below", "70000", "--bus", "desk"], 2, "from 0 to 65535"),
         (&["set", "publishing-period", "15", "--bus", "desk"], 1, "Publishing period (2003.0)"),
         (&["set", "save", "1", "--bus", "desk"], 2, "takes no value"),

@@ -55,6 +55,19 @@ fn decode_prints_every_format() {
 }
 
 #[test]
+fn logs_of_other_programs_are_named() {
+    for (log, kind) in [
+        ("date Sat Nov 28 10:00:00 2026\nbase hex  timestamps absolute\n", "a Vector log (.asc)"),
+        (";$FILEVERSION=1.1\n     1)       0.1 Rx         0181  8  00\n", "a PCAN trace (.trc)"),
+    ] {
+        let run = guideblock(&["decode"], log.as_bytes());
+        let what = "make it candump text with python-can: `python3 -m can.logconvert IN OUT.log`";
+        assert_eq!(run.status, Some(3));
+        assert_eq!(run.stderr, format!("guideblock: standard input: this is {kind}; {what}\n"));
+    }
+}
+
+#[test]
 fn decode_reads_a_pipe_just_the_same() {
     let log = fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cli/bus.log")).expect("checked in");
     let piped = guideblock(&["decode"], &log);
@@ -201,7 +214,9 @@ fn a_record_shows_as_the_bench_file_it_can_be_made_from() {
     let run = guideblock(&["parameters", "--bench", &wrong, "--out", &second], b"");
     assert_eq!(run.status, Some(3));
     assert!(
-        run.stderr.ends_with("wrong.toml: there is no parameter seals.drag; there are: coulomb_n, viscous_n_s_m\n"),
+        run.stderr.ends_with(
+            "wrong.toml: line 3, column 1: there is no parameter seals.drag; there are: coulomb_n, viscous_n_s_m\n"
+        ),
         "{}",
         run.stderr
     );

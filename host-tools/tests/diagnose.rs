@@ -224,7 +224,16 @@ fn a_bad_simulation_file_has_the_status_of_bad_data() {
     let columns = format!("{SIMULATION}[columns]\ndrag_force_n = \"tau:x\"\n");
     for (name, bytes, message) in [
         ("key.toml", SIMULATION.replace("preload_n", "preload").into_bytes(), "key.toml: line 7, column 1: "),
-        ("columns.toml", columns.into_bytes(), "columns.toml: [columns]: "),
+        (
+            "columns.toml",
+            columns.into_bytes(),
+            "columns.toml: line 9, column 1: columns.drag_force_n: the scale \"x\" of drag_force_n is not a finite number",
+        ),
+        (
+            "name.toml",
+            format!("{SIMULATION}[columns]\nfoo = \"bar:2\"\n").into_bytes(),
+            "name.toml: line 9, column 1: nothing reads a column foo; there are: time_s, ",
+        ),
         ("binary.toml", b"PAR1\xff\xfe".to_vec(), "binary.toml: this is no text; a simulation file is TOML"),
     ] {
         let simulation = folder.join(name);
@@ -259,6 +268,25 @@ fn a_recording_counts_once() {
         assert_eq!(status, Some(2), "{stderr}");
         assert!(stderr.contains(&format!("{other}: holds the rows of {run}: rows that count twice")), "{stderr}");
     }
+}
+
+/// A negative value reaches the option that refuses it, and what reading cost is said once.
+#[test]
+fn messages_are_those_of_the_option_and_come_once() {
+    let folder = folder("once");
+    let simulation = folder.join("sim.toml");
+    fs::write(&simulation, SIMULATION).unwrap();
+    let run = record(&folder, SIMULATION, "1");
+    let (status, _, stderr) = diagnose(&[&run], &simulation, &["--seed", "-1"]);
+    assert_eq!(status, Some(2));
+    assert!(stderr.contains("'-1'") && stderr.contains("a seed is a whole number from 0 to 2^64 - 1"), "{stderr}");
+    let rows = fs::read_to_string(&run).unwrap();
+    let without: Vec<_> = rows.lines().enumerate().filter(|(n, _)| *n != 700).map(|(_, line)| line).collect();
+    fs::write(&run, without.join("\n") + "\n").unwrap();
+    let output = guideblock(&["diagnose", &run, "--simulation", simulation.to_str().unwrap()]);
+    let (stdout, stderr) = (text(&output.stdout), text(&output.stderr));
+    assert!(stderr.contains("1 row missing: 0.02 s since the last one, steps are 0.01 s"), "{stderr}");
+    assert!(!stderr.contains("rows lost") && !stdout.contains("missing:"), "{stderr}{stdout}");
 }
 
 #[test]

@@ -458,8 +458,8 @@ fn wrong_usage_and_missing_columns_have_their_status() {
         (&["run.csv", "--simulation", "column.toml"], 3, "run.csv: the recording has no column simulated_force_n"),
         (&["run.csv", "--simulation", "axis.toml"], 3, "run.csv: guide.viscous_n_s_m is not in the simulation"),
         (&["run.csv", "--simulation", "bad.toml"], 3, "bad.toml: line 3, column 1: "),
-        (&["run.csv", "--simulation", "none.toml"], 2, "none.toml: No such file"),
-        (&["none.csv", "--simulation", "sim.toml"], 2, "none.csv: No such file"),
+        (&["run.csv", "--simulation", "none.toml"], 2, "none.toml: there is no such file"),
+        (&["none.csv", "--simulation", "sim.toml"], 2, "none.csv: there is no such file"),
         (&["run.csv", "--simulation", "sim.toml", "--out", "o.xlsx"], 2, "o.xlsx: name it .csv or .parquet"),
         (
             &["run.csv", "--simulation", "sim.toml", "--out", "run.csv"],

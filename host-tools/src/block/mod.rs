@@ -49,6 +49,9 @@ pub enum ClientError {
         /// Why.
         why: Abort,
     },
+    /// The key is not that of the block.
+    #[error("node {0}: wrong key: the block has another one; give its own with --key")]
+    WrongKey(u8),
     /// The answer is none that a block gives.
     #[error("node {node}: {name}: the answer is none that a block gives; is another device on this node?")]
     Strange {
@@ -151,9 +154,12 @@ impl<'a> Client<'a> {
     /// Gives the key, so that the block takes changes.
     ///
     /// # Errors
-    /// [`ClientError::Refused`] with [`Abort::Value`] for a wrong key.
+    /// [`ClientError::WrongKey`].
     pub fn unlock(&mut self, key: u32) -> Result<(), ClientError> {
-        self.write(Field::Key, key)
+        self.write(Field::Key, key).map_err(|error| match error {
+            ClientError::Refused { node, why: Abort::Value, .. } => ClientError::WrongKey(node),
+            other => other,
+        })
     }
 
     /// Asks who it is.

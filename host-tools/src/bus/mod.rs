@@ -21,6 +21,7 @@ use std::time::Duration;
 use can_wire::RawFrame;
 
 use crate::candump::Micros;
+use crate::files;
 
 /// A frame as it came.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,7 +36,7 @@ pub struct Heard {
 #[derive(Debug, thiserror::Error)]
 pub enum BusError {
     /// It cannot be opened, read or written.
-    #[error("{name}: {source}")]
+    #[error("{name}: {}{}", files::why(source), advice(name, source))]
     Io {
         /// What the user called it.
         name: String,
@@ -142,6 +143,19 @@ pub fn open(source: &Source) -> Result<Box<dyn Bus>, BusError> {
         Source::SocketCan(interface) => Box::new(can_utils::Interface::open(interface)?),
         Source::Desk => Box::new(desk::Desk::new(desk::Setup::default())),
     })
+}
+
+/// What to do about a bus that cannot be opened.
+fn advice(name: &str, error: &io::Error) -> &'static str {
+    match error.kind() {
+        io::ErrorKind::NotFound if !name.starts_with("/dev/") => {
+            "; a bus is candump text in a FILE or -, slcan:PORT, socketcan:INTERFACE, or desk"
+        }
+        io::ErrorKind::PermissionDenied if name.starts_with("/dev/") => {
+            "; serial ports belong to the group dialout: `sudo usermod -aG dialout $USER`, then log in again"
+        }
+        _ => "",
+    }
 }
 
 fn io_error(name: &str, source: io::Error) -> BusError {

@@ -20,13 +20,13 @@ pub(super) fn decision(found: &Calibration) -> String {
     let used = convention(found.set.exact().guide().hersey_speed);
     match found.decision {
         Some(better) => format!(
-            "Hersey number: the strokes ask for the {} speed (difference of AIC {:.1}, {DECISIVE} decide); used: {used}",
+            "Hersey number: the strokes ask for the {} speed (difference of AIC {:.1}; {DECISIVE} is decisive); used: {used}",
             convention(better),
             difference.abs()
         ),
         None => format!(
-            "Hersey number: the strokes cannot tell sliding speed from carriage speed (difference of AIC {:.1}, {DECISIVE} \
-             would decide); used: {used}",
+            "Hersey number: the strokes cannot tell sliding speed from carriage speed (difference of AIC {:.1}; {DECISIVE} \
+             is decisive); used: {used}",
             difference.abs()
         ),
     }

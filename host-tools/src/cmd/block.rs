@@ -27,7 +27,7 @@ use super::{Failure, node, output, say};
 /// `--bus desk` is a block in memory, to try commands with. What changes anything needs the block's key, is
 /// refused while the carriage moves, and holds until the next start, or for good after `set save`.
 #[derive(clap::Args)]
-#[command(verbatim_doc_comment)]
+#[command(verbatim_doc_comment, allow_negative_numbers = true)]
 pub(crate) struct Arguments {
     /// slcan:PORT, socketcan:INTERFACE, or desk
     #[arg(long, value_name = "BUS", global = true)]
@@ -56,6 +56,7 @@ enum What {
         object: Option<String>,
     },
     /// Sets an object
+    #[command(allow_negative_numbers = true)]
     Set {
         /// Name: warn-below, alarm-below, warn-above, alarm-above (N or off), publishing-period (ms), burst-load (%),
         /// save, clear-counters, restart
@@ -74,6 +75,7 @@ enum What {
         restart: bool,
     },
     /// Orders a burst of raw samples and records it
+    #[command(allow_negative_numbers = true)]
     Burst {
         /// Blocks of 10 ms, 1 to 65535
         #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
@@ -98,6 +100,7 @@ fn key(text: &str) -> Result<u32, String> {
 fn of_client(error: ClientError) -> Failure {
     match error {
         ClientError::Refused { .. }
+        | ClientError::WrongKey(_)
         | ClientError::NotKept { .. }
         | ClientError::NotSaved(_)
         | ClientError::NoZero(_) => {
@@ -129,7 +132,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
             Ok(out.flush()?)
         }
         What::LoadImage { file, restart } => {
-            let image = fs::read(&file).map_err(|error| Failure::file(&file, error))?;
+            let image = fs::read(&file).map_err(|error| Failure::io(&file, error))?;
             client.unlock(key).map_err(of_client)?;
             let bar = Bar::of_bytes("loading");
             client.load_image(&image, |sent, of| bar.at(sent as u64, of as u64)).map_err(of_client)?;

@@ -38,7 +38,7 @@ use super::{Failure, output, say};
 ///     guideblock calibrate ladder.csv --viscosity 100 --out guide.toml --html report.html
 ///     guideblock calibrate screw.csv --column velocity_m_s=omega:0.0016 --column drag_force_n=torque:628
 #[derive(clap::Args)]
-#[command(verbatim_doc_comment)]
+#[command(verbatim_doc_comment, allow_negative_numbers = true)]
 pub(crate) struct Arguments {
     /// Recordings or tables, CSV or Parquet
     #[arg(value_name = "RECORDING", required = true)]
@@ -121,7 +121,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     for input in &arguments.inputs {
         let found = read(arguments, input, &mappings, guide, &settings)?;
         for (reason, count) in &found.left_out {
-            say(format_args!("{}: {count} windows in no stroke: {reason}", input.display()));
+            say(format_args!("{}: {count} windows skipped: {reason}", input.display()));
         }
         all.extend(found.all);
         window_s = window_s.into_iter().chain(found.window_s).reduce(f64::max);
@@ -255,7 +255,7 @@ fn write_guide(arguments: &Arguments, name: &str, found: &Calibration, base: &Si
 /// The record whose sensors a calibrated one takes over.
 fn bench(arguments: &Arguments) -> Result<ParameterRecord, Failure> {
     let Some(file) = &arguments.bench else { return Ok(replay::UNPROGRAMMED) };
-    let text = fs::read_to_string(file).map_err(|error| Failure::file(file, error))?;
+    let text = fs::read_to_string(file).map_err(|error| Failure::io(file, error))?;
     parameters::from_bench(&text).map_err(|why| Failure::Data(format!("{}: {why}", file.display())))
 }
 

@@ -32,6 +32,14 @@ pub(crate) struct Arguments {
     node: Option<NodeId>,
 }
 
+/// Logs of other programs, how their first line starts, and what they are.
+const FOREIGN: [(&str, &str); 4] = [
+    ("date ", "a Vector log (.asc)"),
+    ("base hex", "a Vector log (.asc)"),
+    (";$FILEVERSION", "a PCAN trace (.trc)"),
+    (";   Start time", "a PCAN trace (.trc)"),
+];
+
 /// Lines after which the progress bar is looked at.
 const LINES_A_LOOK: u32 = 1 << 14;
 
@@ -50,6 +58,12 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         let length = reader.read_until(b'\n', &mut line).map_err(|e| Failure::Data(format!("{name}: {e}")))?;
         if length == 0 {
             break;
+        }
+        if done == 0
+            && let Some((_, kind)) = FOREIGN.iter().find(|(start, _)| line.starts_with(start.as_bytes()))
+        {
+            let what = "make it candump text with python-can: `python3 -m can.logconvert IN OUT.log`";
+            return Err(Failure::Data(format!("{name}: this is {kind}; {what}")));
         }
         done += length as u64;
         lines = lines.wrapping_add(1);

@@ -23,7 +23,7 @@ use virtual_board::{Chip, VirtualBoard};
 
 use super::outputs::Files;
 use super::recordings::RecordingArguments;
-use super::{Failure, say};
+use super::{Failure, say, seed};
 use files::{NAMES, Remains};
 use live::Live;
 
@@ -45,7 +45,7 @@ const COVERAGE: f64 = 0.95;
 /// Without RECORDING.csv the bundled run is played: two minutes of a SHS35 block whose preload falls from
 /// 3000 N to 2400 N.
 #[derive(clap::Args)]
-#[command(verbatim_doc_comment)]
+#[command(verbatim_doc_comment, allow_negative_numbers = true)]
 pub(crate) struct Arguments {
     /// Run of an axis: time_s, position_m, drag_force_n, preload_n, temperature_block_degc
     #[arg(value_name = "RECORDING.csv")]
@@ -63,7 +63,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "DIR", default_value = "out/demo")]
     out: PathBuf,
     /// Seed of the sensors' noise
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = seed)]
     seed: u64,
 }
 
@@ -188,9 +188,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
 
 fn record(bench: Option<&PathBuf>) -> Result<ParameterRecord, Failure> {
     let (name, text) = match bench {
-        Some(path) => {
-            (path.display().to_string(), fs::read_to_string(path).map_err(|error| Failure::file(path, error))?)
-        }
+        Some(path) => (path.display().to_string(), fs::read_to_string(path).map_err(|error| Failure::io(path, error))?),
         None => ("bundled bench".to_owned(), BENCH.to_owned()),
     };
     parameters::from_bench(&text).map_err(|why| Failure::Data(format!("{name}: {why}")))

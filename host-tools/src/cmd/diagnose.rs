@@ -16,7 +16,7 @@ use simulation::run::Run;
 use super::outputs::{Files, put};
 use super::recordings::RecordingArguments;
 use super::simulation_file::SimulationFile;
-use super::{Failure, output};
+use super::{Failure, output, seed};
 
 /// Finds what a simulation leaves out
 ///
@@ -28,7 +28,7 @@ use super::{Failure, output};
 /// insufficient-data); 1: something is missing; 2: wrong usage, a file that is not there; 3: a
 /// recording or simulation file of which nothing can be used.
 #[derive(clap::Args)]
-#[command(verbatim_doc_comment)]
+#[command(verbatim_doc_comment, allow_negative_numbers = true)]
 pub(crate) struct Arguments {
     /// Recordings, runs of one block; those of one session, whose clocks go on, are joined in the order of time
     #[arg(value_name = "RECORDING.csv", required = true)]
@@ -51,7 +51,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "AUGMENTED.toml")]
     export: Option<PathBuf>,
     /// Seed of the bootstrap of the intervals
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = seed)]
     seed: u64,
 }
 
@@ -84,6 +84,8 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         return Err(Failure::Usage(format!("{}: holds the rows of {}: {what}", other.name, one.name)));
     }
     let mut outcome = diagnose(&runs, &holdout, &simulation, &options);
+    // what reading them cost has been said
+    let unsaid = outcome.diagnosis.data_quality.warnings.clone();
     for losses in losses {
         count(&mut outcome.diagnosis, losses);
     }
@@ -101,7 +103,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     if let (Some(path), Some(augmented)) = (&arguments.export, &outcome.augmented) {
         put(path, augmented.to_toml())?;
     }
-    let told = if is_stdout { write_json(json, diagnosis) } else { summary(diagnosis) };
+    let told = if is_stdout { write_json(json, diagnosis) } else { summary(diagnosis, &unsaid) };
     match told {
         // the verdict is asked for by its exit status, too
         Err(Failure::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => {}
@@ -144,9 +146,6 @@ fn read(
 ) -> Result<(Vec<Run>, Vec<Losses>), Failure> {
     let mut all: Vec<(Run, Losses)> = Vec::new();
     for path in files {
-        if path != Path::new("-") && !path.exists() {
-            return Err(Failure::file(path, "there is no such file"));
-        }
         all.push(recording.open(path, mappings)?);
     }
     // a shell sorts by name; clocks that all start anew leave the order as it is
@@ -166,19 +165,19 @@ fn count(diagnosis: &mut Diagnosis, losses: Losses) {
     quality.warnings.extend(problems.map(ToString::to_string));
 }
 
-fn summary(diagnosis: &Diagnosis) -> Result<(), Failure> {
+fn summary(diagnosis: &Diagnosis, warnings: &[String]) -> Result<(), Failure> {
     let mut out = output();
     writeln!(out, "verdict          {}", diagnosis.verdict.name())?;
     let quality = &diagnosis.data_quality;
     writeln!(out, "rows             {} of {} compared", quality.used, quality.samples)?;
-    for warning in &quality.warnings {
+    for warning in warnings {
         writeln!(out, "                 {warning}")?;
     }
     if diagnosis.verdict == Verdict::InsufficientData {
         return Ok(out.flush()?);
     }
     let small = diagnosed::of_no_interest(diagnosis).map_or_else(String::new, |why| format!(" ({why})"));
-    writeln!(out, "nothing missing  p = {}{small}", short(diagnosis.p_no_mismatch, 3))?;
+    writeln!(out, "nothing missing  {}{small}", diagnosed::probability(diagnosis.p_no_mismatch))?;
     for mechanism in &diagnosis.mechanisms {
         writeln!(
             out,
@@ -195,9 +194,13 @@ fn summary(diagnosis: &Diagnosis) -> Result<(), Failure> {
             let (value, unit) = (significant(p.value, 5), with_space(&p.unit));
             writeln!(out, "                 {} = {value}{unit} ({low} to {high})", p.name)?;
         }
-        writeln!(out, "                 carried over: {}", diagnosed::carried_over(mechanism))?;
+        writeln!(out, "                 on held-back rows: {}", diagnosed::carried_over(mechanism))?;
         if !mechanism.equivalents.is_empty() {
-            writeln!(out, "                 not to be told from: {}", mechanism.equivalents.join(", "))?;
+            writeln!(
+                out,
+                "                 this recording cannot distinguish it from {}",
+                mechanism.equivalents.join(", ")
+            )?;
         }
     }
     let left = &diagnosis.unexplained;
@@ -206,7 +209,7 @@ fn summary(diagnosis: &Diagnosis) -> Result<(), Failure> {
     }
     for region in &diagnosis.regions {
         let [from, to, unit] = [short(region.from, 4), short(region.to, 4), with_space(region.unit)];
-        writeln!(out, "where            {} {from} to {to}{unit}", region.axis)?;
+        writeln!(out, "where            {} {from} to {to}{unit}: {}", region.axis, region.id)?;
     }
     let holdout = &diagnosis.holdout;
     writeln!(out, "set aside        {}", holdout.description)?;

@@ -15,7 +15,7 @@ use super::calculate::{self, Direction, Shared};
 /// missing. All columns are kept; calculated_force_n and reason are added.
 /// A reason says why a row has no result, or what of it is outside of what was measured.
 #[derive(clap::Args)]
-#[command(verbatim_doc_comment)]
+#[command(verbatim_doc_comment, allow_negative_numbers = true)]
 pub(crate) struct Arguments {
     /// Preload of the block, N
     #[arg(long, value_name = "N", allow_negative_numbers = true)]

@@ -20,7 +20,7 @@ use super::{Failure, output, say};
 /// says of friction and viscosity, which no longer recording makes smaller. A window that must not be
 /// trusted has a reason instead of a preload. With --staircase one preload is fitted to all speeds.
 #[derive(clap::Args)]
-#[command(verbatim_doc_comment)]
+#[command(verbatim_doc_comment, allow_negative_numbers = true)]
 pub(crate) struct Arguments {
     /// Recording, CSV or Parquet; - is standard input
     #[arg(value_name = "RECORDING")]

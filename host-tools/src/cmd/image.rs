@@ -65,7 +65,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let page = match (&arguments.describe, &arguments.simulation, &arguments.out) {
         (Some(path), ..) => {
-            let bytes = fs::read(path).map_err(|error| Failure::file(path, error))?;
+            let bytes = fs::read(path).map_err(|error| Failure::io(path, error))?;
             let page = if arguments.json { image::described_json(&bytes) } else { image::describe(&bytes) };
             page.map_err(|why| Failure::Data(format!("{}: {why}", path.display())))?
         }
@@ -81,11 +81,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 fn make(arguments: &Arguments, path: &PathBuf, out: &PathBuf) -> Result<String, Failure> {
     Files::default().reads("SIMULATION", [path]).reads("--record", &arguments.record).writes("--out", [out]).check()?;
-    let text = fs::read_to_string(path).map_err(|error| Failure::file(path, error))?;
+    let text = fs::read_to_string(path).map_err(|error| Failure::io(path, error))?;
     let simulation = Simulation::from_toml(&text).map_err(|why| Failure::Data(format!("{}: {why}", path.display())))?;
     let base = match &arguments.record {
         Some(path) => {
-            let bytes = fs::read(path).map_err(|error| Failure::file(path, error))?;
+            let bytes = fs::read(path).map_err(|error| Failure::io(path, error))?;
             parameters::from_bytes(&bytes).map_err(|why| Failure::Data(format!("{}: {why}", path.display())))?
         }
         None => UNPROGRAMMED,

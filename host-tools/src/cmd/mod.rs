@@ -34,7 +34,7 @@ use std::process::ExitCode;
 use can_wire::NodeId;
 use clap::ValueEnum;
 use host_tools::recording::Unusable;
-use host_tools::report;
+use host_tools::{files, report};
 
 /// Why a command did not do what it was asked for. The text is for the person at the terminal.
 #[derive(Debug)]
@@ -53,6 +53,11 @@ impl Failure {
     /// Unusable data.
     fn data(why: impl Display) -> Self {
         Failure::Data(why.to_string())
+    }
+
+    /// A file that the caller named cannot be read.
+    fn io(path: &Path, error: io::Error) -> Self {
+        Failure::file(path, files::why(&error))
     }
 
     /// Something about a file that the caller named.
@@ -142,7 +147,7 @@ pub(crate) fn open(path: &Path) -> Result<Input, Failure> {
             reader: Box::new(io::stdin().lock()),
         });
     }
-    let file = File::open(path).map_err(|error| Failure::file(path, error))?;
+    let file = File::open(path).map_err(|error| Failure::io(path, error))?;
     let length = file.metadata().ok().filter(|meta| meta.is_file()).map(|meta| meta.len());
     Ok(Input { name: path.display().to_string(), is_live: false, length, reader: Box::new(BufReader::new(file)) })
 }
@@ -155,4 +160,9 @@ pub(crate) fn output() -> BufWriter<io::StdoutLock<'static>> {
 /// A node number of the command line.
 pub(crate) fn node(text: &str) -> Result<NodeId, String> {
     text.parse().ok().and_then(NodeId::new).ok_or_else(|| "a node is a whole number from 1 to 127".to_owned())
+}
+
+/// A seed of the command line.
+pub(crate) fn seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| "a seed is a whole number from 0 to 2^64 - 1".to_owned())
 }

@@ -63,6 +63,7 @@ pub(crate) fn put(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(), Failure> {
 pub(crate) fn of(path: &Path, error: io::Error) -> Failure {
     match error.kind() {
         io::ErrorKind::BrokenPipe => Failure::Output(error),
-        _ => Failure::file(path, error),
+        io::ErrorKind::NotFound => Failure::file(path, "there is no such folder"),
+        _ => Failure::io(path, error),
     }
 }

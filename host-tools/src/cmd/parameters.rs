@@ -40,7 +40,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         return Err(Failure::Usage(what.to_owned()));
     }
     if let Some(path) = &arguments.show {
-        let bytes = fs::read(path).map_err(|error| Failure::file(path, error))?;
+        let bytes = fs::read(path).map_err(|error| Failure::io(path, error))?;
         let record =
             parameters::from_bytes(&bytes).map_err(|why| Failure::Data(format!("{}: {why}", path.display())))?;
         let mut out = output();
@@ -49,7 +49,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     }
     if let (Some(path), Some(out)) = (&arguments.bench, &arguments.out) {
         Files::default().reads("--bench", [path]).writes("--out", [out]).check()?;
-        let text = fs::read_to_string(path).map_err(|error| Failure::file(path, error))?;
+        let text = fs::read_to_string(path).map_err(|error| Failure::io(path, error))?;
         let record =
             parameters::from_bench(&text).map_err(|why| Failure::Data(format!("{}: {why}", path.display())))?;
         let bytes = parameters::to_bytes(&record).map_err(Failure::data)?;

@@ -15,7 +15,7 @@ use super::calculate::{self, Direction, Shared};
 /// columns and cells that are missing. All columns are kept; calculated_preload_n and reason are added.
 /// A reason says why a row has no result, or what of it is outside of what was measured.
 #[derive(clap::Args)]
-#[command(verbatim_doc_comment)]
+#[command(verbatim_doc_comment, allow_negative_numbers = true)]
 pub(crate) struct Arguments {
     /// Drag force against the motion, seals included, N
     #[arg(long, value_name = "N", allow_negative_numbers = true)]

@@ -30,7 +30,7 @@ use super::{Failure, node, say};
 /// On a bus that one can speak on, frames that got lost are asked for again. From a log only what stands in it
 /// can be had: what is missing is counted. Order a burst with `guideblock block burst`, which records it as well.
 #[derive(clap::Args)]
-#[command(verbatim_doc_comment)]
+#[command(verbatim_doc_comment, allow_negative_numbers = true)]
 pub(crate) struct Arguments {
     /// candump text in a FILE or -, slcan:PORT, socketcan:INTERFACE, or desk: a block in memory
     #[arg(long, value_name = "BUS")]
@@ -85,7 +85,7 @@ impl Target {
     pub(crate) fn open(&self) -> Result<Recorder, Failure> {
         let calibration = match &self.parameters {
             Some(path) => {
-                let bytes = fs::read(path).map_err(|error| Failure::file(path, error))?;
+                let bytes = fs::read(path).map_err(|error| Failure::io(path, error))?;
                 let record = parameters::from_bytes(&bytes);
                 record.map_err(|why| Failure::Data(format!("{}: {why}", path.display())))?.params.calibration
             }
@@ -103,7 +103,7 @@ impl Target {
             Form::Raw => Kind::Raw,
         };
         Recorder::open(&self.out, kind, calibration).map_err(|why| match why {
-            RecorderError::Io(error) => Failure::file(&self.out, error),
+            RecorderError::Io(error) => Failure::io(&self.out, error),
             other => Failure::Data(format!("{}: {other}", self.out.display())),
         })
     }
@@ -137,7 +137,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     let mut frames = match &arguments.frames {
         Some(path) => {
             let file = OpenOptions::new().append(true).create(true).open(path);
-            Some(file.map_err(|error| Failure::file(path, error))?)
+            Some(file.map_err(|error| Failure::io(path, error))?)
         }
         None => None,
     };

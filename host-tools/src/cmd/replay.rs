@@ -52,7 +52,7 @@ const INTERFACE: &str = "replay";
 pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     let record = match &arguments.parameters {
         Some(path) => {
-            let bytes = fs::read(path).map_err(|error| Failure::file(path, error))?;
+            let bytes = fs::read(path).map_err(|error| Failure::io(path, error))?;
             parameters::from_bytes(&bytes).map_err(|why| Failure::Data(format!("{}: {why}", path.display())))?
         }
         None => UNPROGRAMMED,

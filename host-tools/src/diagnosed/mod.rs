@@ -5,18 +5,17 @@ mod page;
 
 use diagnosis::report::Finding;
 
-use crate::report::number::significant;
-
 pub use axes::{AxisView, Bin, views};
-pub use page::{of_no_interest, page};
+pub use page::{of_no_interest, page, probability};
 
-/// Whether a cause carried over to the rows that were set aside, and how much of it.
+/// How much of a cause is there on the rows that were set aside, and whether that bears it out.
 pub fn carried_over(finding: &Finding) -> String {
-    let Some(there) = &finding.on_holdout else { return "those rows tell nothing of it".to_owned() };
-    let [share, low, high] = [there.share, there.ci95[0], there.ci95[1]].map(|x| significant(x, 2));
+    let Some(there) = &finding.on_holdout else { return "they tell nothing of it".to_owned() };
+    let [share, low, high] = [there.share, there.ci95[0], there.ci95[1]].map(|x| 100.0 * x);
+    let size = format!("{share:.0} % of its size ({low:.0} to {high:.0} %)");
     match finding.carried_over {
-        Some(true) => format!("yes, {share} of it is there ({low} to {high})"),
-        Some(false) => format!("no, {share} of it is there ({low} to {high})"),
-        None => format!("not to be told ({low} to {high} of it is there)"),
+        Some(true) => size,
+        Some(false) => format!("{size}: it does not carry over"),
+        None => format!("{size}: too uncertain to tell"),
     }
 }

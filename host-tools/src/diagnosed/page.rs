@@ -42,6 +42,11 @@ const CERTAIN: f64 = 1e-6;
 /// Least probability that is said: none is known so exactly.
 const LEAST_SAID: f64 = 1e-9;
 
+/// A probability by chance as it is said.
+pub fn probability(p: f64) -> String {
+    if p < LEAST_SAID { format!("p < {LEAST_SAID:e}") } else { format!("p = {}", short(p, 3)) }
+}
+
 /// Why a simulation that certainly differs is a match all the same; `None` where it does not differ, or more is said.
 pub fn of_no_interest(diagnosis: &Diagnosis) -> Option<&'static str> {
     let is_match = diagnosis.verdict == Verdict::Match;
@@ -94,11 +99,7 @@ fn score(page: &mut Page, diagnosis: &Diagnosis) {
         ),
         false => String::new(),
     };
-    let chance = match diagnosis.p_no_mismatch {
-        p if p < LEAST_SAID => format!("below {LEAST_SAID:.0e}"),
-        p => significant(p, 2),
-    };
-    page.prose(&format!("{removed}Probability of such a mismatch by chance: {chance}."));
+    page.prose(&format!("{removed}Of such a mismatch by chance: {}.", probability(diagnosis.p_no_mismatch)));
 }
 
 fn considered(page: &mut Page, diagnosis: &Diagnosis) {
@@ -136,7 +137,16 @@ fn causes(page: &mut Page, diagnosis: &Diagnosis) {
             ]
         })
         .collect();
-    let header = ["", "cause", "kind", "share", "confidence", "not to be told from", "carried over", "in words"];
+    let header = [
+        "",
+        "cause",
+        "kind",
+        "share",
+        "confidence",
+        "this recording cannot distinguish it from",
+        "on held-back rows",
+        "in words",
+    ];
     page.table(&header, &rows);
     let rows: Vec<Vec<String>> = diagnosis
         .mechanisms

@@ -4,7 +4,7 @@ use clap::ValueEnum;
 use host_tools::simulate::block_sensors;
 use simulation::sensor::Sensors;
 
-use super::super::Failure;
+use super::super::{Failure, seed};
 
 /// Sets of sensors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -41,7 +41,7 @@ pub(super) struct SensorArguments {
     #[arg(long, value_name = "K", requires = "profile", help_heading = "Sensors (with --profile)")]
     temperature_noise: Option<f64>,
     /// Decides the noise: the same seed gives the same bytes
-    #[arg(long, default_value_t = 1, requires = "profile", help_heading = "Sensors (with --profile)")]
+    #[arg(long, default_value_t = 1, value_parser = seed, requires = "profile", help_heading = "Sensors (with --profile)")]
     pub(super) seed: u64,
 }
 
