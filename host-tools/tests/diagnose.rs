@@ -289,6 +289,40 @@ fn messages_are_those_of_the_option_and_come_once() {
     assert!(!stderr.contains("rows lost") && !stdout.contains("missing:"), "{stderr}{stdout}");
 }
 
+/// The commands of the README's section on diagnosis print what it says they do.
+#[test]
+fn the_readme_shows_what_is_printed() {
+    let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md")).unwrap();
+    let folder = folder("readme");
+    let run = |arguments: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_guideblock"));
+        command.current_dir(&folder).args(arguments.split(' ')).output().expect("runs")
+    };
+    let of_section = |start: &'static str| {
+        let line = readme.lines().find(|line| line.starts_with(start)).expect("a command of the README");
+        line["guideblock ".len()..].split("  #").next().unwrap().trim().to_owned()
+    };
+    for start in ["guideblock simulate --profile ladder", "guideblock calibrate ladder"] {
+        assert!(run(&of_section(start)).status.success(), "{start}");
+    }
+    let guide = fs::read_to_string(folder.join("guide.toml")).unwrap();
+    let simulation = format!("{guide}[operation]\npreload_n = 3000.0\n");
+    fs::write(folder.join("sim.toml"), &simulation).unwrap();
+    let seals = "[[mechanism]]\nid = \"seal-drag\"\ndrag_n = 2.0\n";
+    fs::write(folder.join("real.toml"), format!("{simulation}{seals}")).unwrap();
+    let simulates = "guideblock simulate --profile staircase --simulation real.toml";
+    let drives: Vec<_> = readme.lines().filter(|line| line.starts_with(simulates)).collect();
+    assert_eq!(drives.len(), 2);
+    for drive in drives {
+        assert!(run(&drive["guideblock ".len()..]).status.success(), "{drive}");
+    }
+    let printed = text(&run(&of_section("guideblock diagnose worn.csv")).stdout);
+    let told = readme.split("```text\nnothing missing").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    for line in format!("nothing missing{told}").lines() {
+        assert!(printed.lines().any(|own| own == line), "not printed: {line}\n{printed}");
+    }
+}
+
 #[test]
 fn without_any_force_to_compare_with_there_is_no_verdict() {
     let folder = folder("no-law");

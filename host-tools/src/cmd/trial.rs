@@ -35,6 +35,9 @@ pub(crate) struct Arguments {
 #[derive(clap::Subcommand)]
 enum Step {
     /// Draws what is hidden, writes recordings, seals the answers, prints the root
+    ///
+    /// Works inside a checkout of the repository alone: the generator is the Python package in its folder tests/concealed,
+    /// which --plant names elsewhere.
     Make(Make),
     /// Seals a folder of records and answers that was filled by hand, prints the root
     Seal(SealArguments),
