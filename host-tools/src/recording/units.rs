@@ -330,7 +330,7 @@ mod tests {
         run.velocity_m_s = None;
         run.time_s = (0..3000).map(|n| f64::from(n) / 100.0).collect();
         run.parts = vec![Part { rows: 0..3000, segment: None, starts: Break::Start }];
-        let to_and_fro = |n: usize| if n / 100 % 2 == 0 { 1.0 } else { -1.0 };
+        let to_and_fro = |n: usize| if (n / 100).is_multiple_of(2) { 1.0 } else { -1.0 };
         let speeds = (0..3000).map(|n| to_and_fro(n) * [0.5, 1.0, 1.9, 4.0, 8.0][n / 600]);
         let place = |x: &mut f64, speed: f64| {
             *x += 0.01 * speed;
