@@ -18,6 +18,14 @@ pub(super) fn told(cell: &[u8]) -> String {
     String::from_utf8_lossy(&cell[..TOLD_BYTES]).into_owned() + "..."
 }
 
+/// Bytes as text: UTF-8, else Latin-1, in which every byte is a character.
+pub(super) fn decoded(bytes: &[u8]) -> String {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => text.to_owned(),
+        Err(_) => bytes.iter().copied().map(char::from).collect(),
+    }
+}
+
 /// A cell as a number, `None` when it is empty.
 ///
 /// # Errors

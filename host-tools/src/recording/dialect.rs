@@ -2,9 +2,9 @@
 
 use memchr::{memchr, memchr_iter};
 
-use super::cell::cells;
+use super::cell::{cells, decoded, number};
 use super::columns::Header;
-use super::{Fault, Unusable};
+use super::{Cost, Fault, Losses, Place, Unusable};
 
 /// How the cells of a text file stand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,10 +28,32 @@ impl Dialect {
 pub(super) struct Opening {
     pub(super) dialect: Dialect,
     pub(super) header: Header,
-    /// Line of the header row.
+    /// Line of the header row, or of the row of units below it.
     pub(super) line: u64,
     /// Where the row after it starts, bytes.
     pub(super) rows: usize,
+    /// Whether the row below the header holds units and is left out.
+    pub(super) has_units: bool,
+    /// Whether the header row is no UTF-8 and was read as Latin-1.
+    pub(super) is_latin_1: bool,
+}
+
+impl Opening {
+    /// What has to be said about it.
+    pub(super) fn told(&self) -> Losses {
+        let mut said = Losses::default();
+        let header = Place::Line(self.line - u64::from(self.has_units));
+        if let Some(fault) = self.dialect.told() {
+            said.note(header, None, fault, Cost::AsSaid);
+        }
+        if self.is_latin_1 {
+            said.note(header, None, Fault::Latin1, Cost::AsSaid);
+        }
+        if self.has_units {
+            said.note(Place::Line(self.line), None, Fault::UnitsRow, Cost::AsSaid);
+        }
+        said
+    }
 }
 
 /// Lines that decide on the decimal mark.
@@ -70,12 +92,30 @@ pub(super) fn opening(file: &str, bytes: &[u8]) -> Result<Opening, Unusable> {
     };
     let separator = separator(header);
     let dialect = Dialect { separator, comma: separator != b',' && has_decimal_comma(&bytes[rows..]) };
-    let names: Vec<_> =
-        cells(header, separator).iter().map(|cell| String::from_utf8_lossy(cell.trim_ascii()).into_owned()).collect();
+    let names: Vec<_> = cells(header, separator).iter().map(|cell| decoded(cell.trim_ascii())).collect();
     if names.iter().all(|name| name.parse::<f64>().is_ok()) {
         return Err(Unusable::NoHeader { file: file.to_owned(), line });
     }
-    Ok(Opening { dialect, header: Header { file: file.to_owned(), names, line: Some(line) }, line, rows })
+    let is_latin_1 = std::str::from_utf8(header).is_err();
+    let header = Header { file: file.to_owned(), names, line: Some(line) };
+    Ok(match units_row(&bytes[rows..], dialect, header.names.len()) {
+        Some(length) => Opening { dialect, header, line: line + 1, rows: rows + length, has_units: true, is_latin_1 },
+        None => Opening { dialect, header, line, rows, has_units: false, is_latin_1 },
+    })
+}
+
+/// Bytes of the first row where it holds no number in any cell, and the row below it does: units.
+fn units_row(rows: &[u8], dialect: Dialect, columns: usize) -> Option<usize> {
+    let length = memchr(b'\n', rows)? + 1;
+    let counts = |line: &[u8]| {
+        let cells = cells(line.trim_ascii(), dialect.separator);
+        let filled = cells.iter().filter(|cell| !cell.trim_ascii().is_empty());
+        let (numbers, texts): (Vec<_>, Vec<_>) = filled.partition(|cell| number(cell, dialect.comma).is_ok());
+        (cells.len(), numbers.len(), texts.len())
+    };
+    let (units, below) = (&rows[..length], rows[length..].split(|byte| *byte == b'\n').next()?);
+    let is_row_of_units = matches!(counts(units), (all, 0, 2..) if all == columns) && counts(below).1 > 0;
+    (is_row_of_units && !units.starts_with(b"#")).then_some(length)
 }
 
 /// Files that are sometimes handed over in place of CSV, by how they start.

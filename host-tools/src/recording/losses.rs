@@ -86,6 +86,12 @@ pub enum Fault {
         /// The column that is used.
         instead: &'static str,
     },
+    /// The header row is not UTF-8.
+    #[error("not UTF-8: read as Latin-1")]
+    Latin1,
+    /// The row below the header holds units.
+    #[error("units instead of numbers; the row is left out")]
+    UnitsRow,
     /// An optional column of which no cell can be used.
     #[error("{found} instead of numbers in every row; the column is left out")]
     NoNumbers {
@@ -206,6 +212,8 @@ impl Fault {
             Fault::TooLarge { .. } => "too-large",
             Fault::NotMeasured => "not-measured",
             Fault::MotionColumn { .. } => "motion-column",
+            Fault::Latin1 => "latin-1",
+            Fault::UnitsRow => "units-row",
             Fault::NoNumbers { .. } => "no-numbers",
             Fault::NamedParts { .. } => "named-parts",
             Fault::TooManyNames { .. } => "too-many-names",

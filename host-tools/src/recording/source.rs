@@ -1,6 +1,6 @@
 //! A file of either kind whose columns can be read more than once: as numbers or as texts.
 
-use super::cell::{cells, number, told};
+use super::cell::{cells, decoded, number, told};
 use super::columns::{Header, Numbers, Wanted};
 use super::dialect::{Opening, opening};
 use super::{Progress, Selection, Unusable, parquet, text};
@@ -39,6 +39,11 @@ impl Source {
             Source::Text(opening, _) => &opening.header,
             Source::Parquet(table) => table.header(),
         }
+    }
+
+    /// Whether a text below the header row is no UTF-8.
+    pub(super) fn is_latin_1(&self) -> bool {
+        matches!(self, Source::Text(opening, bytes) if std::str::from_utf8(&bytes[opening.rows..]).is_err())
     }
 
     /// Whether the first rows of a column hold something that no `f64` can hold.
@@ -115,7 +120,7 @@ impl Source {
                         let text = text.strip_suffix(b"\r").unwrap_or(text);
                         let cells = cells(text, opening.dialect.separator);
                         let cell = cells.get(place).map_or(&b""[..], |cell| cell.trim_ascii());
-                        texts.push(String::from_utf8_lossy(cell).into_owned());
+                        texts.push(decoded(cell));
                     }
                 }
                 Ok(texts)

@@ -44,7 +44,9 @@ pub(super) fn read_in(
     pieces: impl FnOnce(usize) -> usize,
 ) -> Result<(Vec<Wanted>, Numbers), Unusable> {
     let text = bytes.as_ref();
-    let Opening { dialect, header, line, rows } = opening(file, text)?;
+    let opened = opening(file, text)?;
+    let said = opened.told();
+    let Opening { dialect, header, line, rows, .. } = opened;
     let wanted = choose(&header)?;
     let plan = Plan::new(&header, dialect, &wanted, selections)?;
     let (body, of) = (&text[rows..], text.len() as u64);
@@ -61,11 +63,7 @@ pub(super) fn read_in(
     }
     drop(bytes);
     let mut numbers = join(read, columns, &lines, line);
-    if let Some(fault) = dialect.told() {
-        let mut said = Losses::default();
-        said.note(Place::Line(line), None, fault, Cost::AsSaid);
-        numbers.losses.absorb(said);
-    }
+    numbers.losses.absorb(said);
     Ok((wanted, numbers))
 }
 
@@ -527,7 +525,9 @@ mod tests {
 
     /// The same file with every line read by the slow path.
     fn slowly(text: &str, selections: &[Selection]) -> Result<Numbers, Unusable> {
-        let Opening { dialect, header, line, rows } = opening("a.csv", text.as_bytes())?;
+        let opened = opening("a.csv", text.as_bytes())?;
+        let said = opened.told();
+        let Opening { dialect, header, line, rows, .. } = opened;
         let wanted = choose(&header)?;
         let plan = Plan::new(&header, dialect, &wanted, selections)?;
         let (body, mut at) = (&text.as_bytes()[rows..], 0);
@@ -546,11 +546,7 @@ mod tests {
             return Err(missed);
         }
         let mut numbers = join(vec![piece], columns, &all, line);
-        if let Some(fault) = dialect.told() {
-            let mut said = Losses::default();
-            said.note(Place::Line(line), None, fault, Cost::AsSaid);
-            numbers.losses.absorb(said);
-        }
+        numbers.losses.absorb(said);
         Ok(numbers)
     }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::columns::{Header, Need, Numbers, Wanted, check_once};
 use super::source::Source;
 use super::write::{Cells, Column};
-use super::{Losses, Mapping, Progress, Selection, Unusable, axis, load};
+use super::{Cost, Fault, Losses, Mapping, Place, Progress, Selection, Unusable, axis, load};
 
 /// A file's columns.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,7 +46,7 @@ impl Whole {
 /// Reads every column of a CSV or Parquet file. The path `-` is standard input.
 ///
 /// A mapped column stands where the column it is made from stood. Columns of a run and mapped ones hold numbers, and a
-/// spoilt cell there is not measured; any other column of which a cell is no number is text. Only rows with too few or
+/// spoilt cell there is not measured; any other column, and a `segment`, of which a cell is no number is text. Only rows with too few or
 /// too many cells are left out: nothing is said here about time or units.
 ///
 /// # Errors
@@ -75,8 +75,7 @@ pub fn from_bytes(
     check_once(mappings)?;
     let source = Source::of(file, bytes)?;
     let wanted = every(source.header(), mappings)?;
-    let is_fixed =
-        |wanted: &Wanted| axis::names().contains(&&*wanted.name) || mappings.iter().any(|m| m.name == wanted.name);
+    let is_fixed = |wanted: &Wanted| holds_numbers(&wanted.name) || mappings.iter().any(|m| m.name == wanted.name);
     let mut is_text: Vec<bool> = wanted.iter().map(|w| !is_fixed(w) && source.looks_like_text(w.place)).collect();
     // a column may turn out to be text far down
     let numbers = loop {
@@ -95,7 +94,12 @@ pub fn from_bytes(
             break numbers;
         }
     };
-    let Numbers { columns, places, losses, .. } = numbers;
+    let Numbers { columns, places, mut losses, .. } = numbers;
+    if source.is_latin_1() && !losses.problems.iter().any(|problem| problem.fault == Fault::Latin1) {
+        let mut said = Losses::default();
+        said.note(Place::Line(source.header().line.unwrap_or(1)), None, Fault::Latin1, Cost::AsSaid);
+        losses.absorb(said);
+    }
     if places.len() == 0 {
         return Err(Unusable::too_few(file, 0, "rows", 1, &losses));
     }
@@ -110,6 +114,11 @@ pub fn from_bytes(
         whole.push((wanted.name, values));
     }
     Ok((Whole { columns: whole }, losses))
+}
+
+/// Whether a column of that name holds numbers alone; a `segment` may hold names.
+fn holds_numbers(name: &str) -> bool {
+    name != "segment" && axis::names().contains(&name)
 }
 
 /// Every column of a file once, mapped ones in the place of what they are made from.
@@ -183,6 +192,29 @@ mod tests {
                 "a.csv: 1 of 3 rows lost"
             ]
         );
+    }
+
+    #[test]
+    fn names_of_parts_and_latin_1_stay_and_a_row_of_units_goes() {
+        let text = b"time_s,segment,Temp \xb0C,note\ns,,\xb0C,text\n0,A,20,\xfcber\n1,B,21,x\n".to_vec();
+        let (whole, losses) = from_bytes("a.csv", text, &[], &[], &silent).expect("usable");
+        let column = |name: &str, values| (name.to_owned(), values);
+        assert_eq!(
+            whole.columns,
+            [
+                column("time_s", numbers(&[0.0, 1.0])),
+                column("segment", texts(&["A", "B"])),
+                column("Temp °C", numbers(&[20.0, 21.0])),
+                column("note", texts(&["über", "x"])),
+            ]
+        );
+        let told = [
+            "a.csv: line 1: not UTF-8: read as Latin-1",
+            "a.csv: line 2: units instead of numbers; the row is left out",
+        ];
+        assert_eq!(losses.describe("a.csv"), told);
+        let (_, losses) = from_bytes("a.csv", b"t,note\n1,\xfc\n".to_vec(), &[], &[], &silent).expect("usable");
+        assert_eq!(losses.describe("a.csv"), ["a.csv: line 1: not UTF-8: read as Latin-1"]);
     }
 
     #[test]
