@@ -227,7 +227,7 @@ fn fix(wrong: &units::Wrong, wanted: &[Wanted]) -> String {
         format!("{unit}: --column {name}={column}:{scale}")
     };
     let options: Vec<_> = wrong.fixes.iter().map(option).collect();
-    if options.is_empty() { String::new() } else { format!("; if {}", options.join("; if ")) }
+    if options.is_empty() { String::new() } else { format!(" If {}", options.join("; if ")) }
 }
 
 /// Columns by name and where their rows stood.

@@ -291,12 +291,12 @@ fn a_column_that_is_spelt_otherwise_and_a_clock_that_falls_are_told() {
 fn a_unit_that_cannot_be_meant_has_its_option() {
     let rows: String = (0..300).map(|n| format!("{},{},{n}\n", f64::from(n) / 100.0, f64::from(n) * 1.5)).collect();
     let why = refused(&format!("time_s,position_m,drag_force_n\n{rows}"));
-    let options = "if mm: --column position_m=position_m:0.001; if min: --column time_s=time_s:60";
-    assert!(why.ends_with(&format!("position in mm, or time in min?; {options}")), "{why}");
+    let options = "If mm: --column position_m=position_m:0.001; if min: --column time_s=time_s:60";
+    assert!(why.ends_with(&format!("position in mm, or time in min? {options}")), "{why}");
     let mapping = ["position_m=x:2".parse().expect("sound")];
     let bytes = format!("time_s,x,drag_force_n\n{rows}").into_bytes();
     let why = from_bytes("a.csv", bytes, &mapping, &[], &silent).expect_err("units").to_string();
-    assert!(why.contains("if mm: --column position_m=COLUMN:0.001;"), "{why}");
+    assert!(why.contains("If mm: --column position_m=COLUMN:0.001;"), "{why}");
 }
 
 #[test]
