@@ -78,7 +78,7 @@ fn of_frames(white: &[f32], left_n: &[f64], groups: &[Range<usize>], rows: usize
     Some(Transients {
         p: (z.len() as f64 * 0.5 * libm::erfc(highest / std::f64::consts::SQRT_2)).min(1.0),
         power_n2: frames.iter().map(Frame::loud_n2).sum::<f64>() / count,
-        band: (first, band.last().unwrap_or(first)),
+        band: (first, band.next_back().unwrap_or(first)),
     })
 }
 
