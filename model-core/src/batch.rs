@@ -1,5 +1,4 @@
-//! Many inversions at once, for the desk: the block's own kernel without its branches, so that the compiler solves
-//! several side by side.
+//! Batch inversion for the desk: the block's own kernel without its branches, so that the compiler can vectorise it.
 
 use crate::contact::HerseySpeed;
 use crate::reduced::{GROUP_LIMIT, Reduced};
@@ -8,10 +7,11 @@ impl Reduced<f32> {
     /// Preloads of many drag forces, bit for bit those of [`DragLaw::preload`](crate::reduced::DragLaw::preload).
     ///
     /// `forces_n`: drag without seals, N; `viscous_speeds`: ν·abs(V), cSt·m/s. Writes as many preloads, N, as the
-    /// shortest of the three slices has room for; NaN where `preload` gives [`OutOfDomain`](crate::reduced::OutOfDomain).
+    /// shortest of the three slices has room for; NaN where `preload` gives
+    /// [`OutOfDomain`](crate::reduced::OutOfDomain).
     #[inline(always)]
     pub fn preloads(&self, forces_n: &[f32], viscous_speeds: &[f32], preloads_n: &mut [f32]) {
-        // one loop a convention: the choice is made once
+        // one loop per convention: the choice is made once, not per element
         match self.hersey_speed {
             HerseySpeed::Slip => self.run(HerseySpeed::Slip, forces_n, viscous_speeds, preloads_n),
             HerseySpeed::Carriage => self.run(HerseySpeed::Carriage, forces_n, viscous_speeds, preloads_n),

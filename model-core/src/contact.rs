@@ -1,7 +1,7 @@
 //! Geometry of a ball guide and the Hertz contact of its balls (Zhou 2023, Eq. 3, 5, 9, 10, 11, 13).
 //!
 //! Everything that does not depend on the load is computed here once, from exact elliptic integrals, and
-//! can be evaluated at compile time: no constant of the block is typed in.
+//! can be evaluated at compile time: no constant of the block is entered by hand.
 
 use crate::Error;
 use crate::num::constant::{cbrt, sqrt};
@@ -19,7 +19,7 @@ pub enum HerseySpeed {
     Carriage,
 }
 
-/// How the contact angle answers to load.
+/// How the contact angle responds to load.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
@@ -30,7 +30,7 @@ pub enum ContactAngle {
     Exact,
 }
 
-/// What a person knows of a guide. SI units.
+/// Data of a guide: geometry, material and conventions. SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct Guide {
@@ -184,7 +184,8 @@ impl Contact {
         let scale = cbrt(1.5 * compliance / curvature_c);
         let k_a = slider.a * scale;
         let k_b = slider.b * scale;
-        // Eq. 5: δ = ((3/2)^(2/3)/2) δ* E''^(2/3) Σρ^(1/3) Q^(2/3), rail and slider; the paper rounds the factor to 0.655
+        // Eq. 5: δ = ((3/2)^(2/3)/2) δ* E''^(2/3) Σρ^(1/3) Q^(2/3), rail and slider; the paper rounds the factor to
+        // 0.655
         let c2 = cbrt(compliance) * cbrt(compliance);
         let eps = 0.5 * cbrt(2.25) * c2 * (rail.approach * cbrt(curvature_r) + slider.approach * cbrt(curvature_c));
         // Eq. 13: R = 2 f_c D_b/(2 f_c + 1)

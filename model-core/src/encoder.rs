@@ -1,4 +1,4 @@
-//! The encoder: counts without wrap, travel since the last reversal, and a scale that falls silent.
+//! The encoder: counts without wrap, travel since the last reversal, and detection of a dead scale.
 
 use crate::sample::SAMPLES_PER_BLOCK;
 
@@ -10,14 +10,14 @@ const DITHER_COUNTS: i32 = 2;
 /// axis looks like one.
 const SHORTFALL_COUNTS: f32 = 1.5;
 
-/// Shortfall that braking as hard as the axis can would leave, in counts, from which on the two can be told
-/// apart at all. Below it (slow motion) a dead encoder reads as standstill, which gives no number either.
+/// Shortfall of the hardest braking that the axis can do, in counts, from which a dead encoder can be told from a stop
+/// at all. Below it (slow motion) a dead encoder reads as standstill, which gives no number either.
 const VISIBLE_COUNTS: f32 = 3.0;
 
 /// Share of the drag force before the stop that must remain for the encoder, not the axis, to have stopped.
 const FORCE_REMAINS: f32 = 0.7;
 
-/// What one block of counts says.
+/// Result of one block of counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Step {
     /// Counts travelled in the block, signed.
@@ -114,8 +114,8 @@ impl Encoder {
         }
     }
 
-    /// A scale that dies leaves a trace that no axis can: uniform motion up to the very last count, then
-    /// nothing, while the drag force goes on. Braking from v at a leaves a shortfall of v²/2a.
+    /// A scale that dies leaves a trace that no axis can make: uniform motion up to the very last count, then nothing,
+    /// while the drag force goes on. Braking from speed v at deceleration a leaves a shortfall of v²/2a.
     fn watch(
         &mut self,
         counts: i32,

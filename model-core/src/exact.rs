@@ -6,7 +6,7 @@
 //!
 //! Corrections against the printed equations (physics.md A.1): Eq. 4 without its first-order slip, Eq. 12
 //! in absolute value and free of cancellation, Eq. 14 with `sin γ sin β` (so γ and γ' cancel), P of Eq. 11
-//! is the maximum pressure.
+//! as the maximum pressure.
 
 use crate::contact::{Contact, ContactAngle, Guide, HerseySpeed, ROLLING_LINE};
 use crate::friction::Friction;

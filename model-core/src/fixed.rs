@@ -1,6 +1,6 @@
 //! The reduced law in integers, for cores without a floating point unit.
 //!
-//! The equations are those of [`reduced`], with three substitutions that take the ranges out:
+//! The equations are those of [`reduced`], with three substitutions that narrow the ranges of the variables:
 //!
 //! * A load is counted by the Coulomb drag that it causes, `C = 4 Z_b μ_c Q` in N, so that `F_f = C m`.
 //! * The iteration solves for a ratio near 1 that needs no force: `r = (C/F_f)^(1/3)`, `r³ m = 1` (slip), or
@@ -32,8 +32,8 @@
 //! | m_s | 0 to 4 | 29 |
 //!
 //! No division by 64 bits, no 128-bit product, no operation that can overflow or panic: bounds stand where
-//! an operation needs them, and debug builds check them. There are no sensitivities here; what needs them
-//! takes the floating-point build.
+//! an operation needs them, and debug builds check them. This build gives no sensitivities; the floating-point build
+//! does.
 
 mod arithmetic;
 mod quantity;
@@ -335,7 +335,7 @@ impl DragLaw for Reduced {
             Some(x) if x <= X_LIMIT => x,
             _ => return Err(OutOfDomain::ViscousSpeed),
         };
-        // 64 means 512 times the largest load, which no m below 64 brings back
+        // σ_F = 64 means 512 times the largest load, which no m below 64 brings back into range
         let sigma_f = area.times(self.load_share).to_fixed(M_BITS).ok_or(OutOfDomain::Load)?;
         let share_of_force = match self.hersey_speed {
             HerseySpeed::Slip => self.invert_slip(x, sigma_f),

@@ -3,8 +3,8 @@
 //! The drag force of a running guide block depends on its preload through the friction coefficient,
 //! and that coefficient is a function of the Hersey number (Zhou et al. 2023, Eq. 20). Inverting the
 //! function gives the preload while the machine runs. This crate holds that physics and the whole
-//! on-board pipeline, free of heap, clock and I/O, so that the block, the desk and the emulator run the
-//! very same code:
+//! on-board pipeline, free of heap, clock and I/O, so that the block, the desk (a computer beside the machine) and
+//! the emulator run the very same code:
 //!
 //! ```text
 //! RawBlock (counts) -> calibration -> window (steady motion?) -> drag, speed -> reduced law -> Estimate

@@ -26,11 +26,11 @@ const ROUNDING_COUNTS: i32 = 2;
 /// Largest share of the drag force that inertia may have in the window's mean.
 const INERTIA_SHARE: f32 = 0.01;
 
-/// Part of a mass that was found and is taken off which counts as unknown nevertheless.
+/// Share of a known mass, whose inertia is taken off, that still counts as unknown.
 const INERTIA_DOUBT: f32 = 0.1;
 
-/// Mean place of a window's samples behind its newest one, over the counts in it: the counts begin one sample
-/// before the first of 512.
+/// Distance from a window's newest sample back to the mean place of its samples, over the counts in the window: these
+/// begin one sample before the first of its 512.
 const MEAN_BEHIND: f32 = 511.0 / 1024.0;
 
 /// Fewer counts than this in a window are no motion that a speed could be read from.
@@ -42,12 +42,12 @@ pub struct Monitor {
     params: Params,
     guard_counts: i32,
     wavelengths_per_count: f32,
-    /// mass whose acceleration nothing takes off, kg
+    /// mass whose inertia is not taken off the force, kg
     unknown_mass_kg: f32,
     left_out: bool,
 }
 
-/// The place and the law's answer behind a trusted estimate: what [`consistency`](crate::consistency) needs beside it.
+/// Place and sensitivity of a trusted estimate: what [`consistency`](crate::consistency) needs beside it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorkingPoint {
     /// Mean place of the window, m, from where the block was switched on.
@@ -101,7 +101,7 @@ impl State {
         self.lost
     }
 
-    /// What stands behind the newest estimate; `None` when that has no preload.
+    /// Working point of the newest estimate; `None` when that has no preload.
     pub fn working_point(&self) -> Option<WorkingPoint> {
         self.working_point
     }
@@ -119,7 +119,7 @@ impl Default for State {
 }
 
 impl Monitor {
-    /// The published set, not calibrated, and nothing derived from it yet: a place for [`set_up`](Self::set_up).
+    /// The published set, not calibrated, with nothing derived from it yet: initial value for [`set_up`](Self::set_up).
     pub const UNSET: Monitor = Monitor {
         params: Params::ZHOU_2023,
         guard_counts: 0,
@@ -128,10 +128,10 @@ impl Monitor {
         left_out: false,
     };
 
-    /// Builds the model where it lies: `fill` writes the parameters.
+    /// Builds the model in place: `fill` writes the parameters.
     ///
     /// # Errors
-    /// What `fill` answers, and those of [`Params::check`]. The model must then be set up anew before it is used.
+    /// Those of `fill` and of [`Params::check`]. The model must then be set up anew before it is used.
     pub fn set_up<T, E: From<Error>>(&mut self, fill: impl FnOnce(&mut Params) -> Result<T, E>) -> Result<T, E> {
         let told = fill(&mut self.params)?;
         self.derive()?;
@@ -184,7 +184,7 @@ impl Monitor {
         })
     }
 
-    /// What is known when no block came: nothing, and that is said.
+    /// Estimate when no block came: without values, with the reason [`Reason::Stale`].
     pub fn stale(&self, tick: u32) -> Estimate {
         let mut reasons = Reasons::NONE;
         reasons.insert(Reason::Stale);
@@ -230,7 +230,7 @@ impl Monitor {
         reasons.insert_if(!p.calibrated, Reason::NotCalibrated);
         reasons.insert_if(state.gap > 0, Reason::SamplesLost);
         reasons.insert_if(state.encoder.stuck(), Reason::EncoderStuck);
-        // a rail is told at once, even while the window fills
+        // a force at a rail is reported at once, even while the window fills
         let at_rail = state.window.at_rail();
         reasons.insert_if(at_rail, Reason::ForceAtRail);
         let stuck = state.window.is_frozen();
@@ -256,7 +256,7 @@ impl Monitor {
         let preload = match drag {
             Some(drag) => self.preload(state, &view, drag, speed, temperature, &mut reasons),
             None => {
-                // the viscosity's range is worth telling at standstill too
+                // a temperature outside the viscosity's range is reported at standstill, too
                 let known = temperature.is_none_or(|t| p.viscosity.at(t).is_some());
                 reasons.insert_if(!known, Reason::TemperatureOutOfRange);
                 None
@@ -321,14 +321,14 @@ impl Monitor {
         if speed.value > 0.0 { Motion::Forward } else { Motion::Backward }
     }
 
-    /// Acceleration that makes this difference of counts between the outer quarters, whose centres lie 3/4 of the
-    /// window apart.
+    /// Acceleration, m/s², that makes this difference of counts between the outer quarters, whose centres lie 3/4 of
+    /// the window apart.
     fn acceleration_m_s2(&self, counts: i32) -> f32 {
         const QUARTER_S: f32 = 0.25 * WINDOW_S;
         counts as f32 * self.params.calibration.metres_per_count / (3.0 * QUARTER_S * QUARTER_S)
     }
 
-    /// Drag force of the window, positive against the motion, with what its σ consists of.
+    /// Drag force of the window, N, positive against the motion, with its σ from noise, gain, ripple and offset.
     fn drag(&self, view: &View, speed: Measured) -> Measured {
         let scale = &self.params.calibration.force;
         let u = &self.params.uncertainty;
@@ -387,7 +387,7 @@ impl Monitor {
         Some((Measured { value: at.preload_n, sigma: at.preload_n * num::sqrt(relative) }, at.per_force))
     }
 
-    /// The inversion with everything that acts beside law and seals.
+    /// The inversion with the left-out mechanisms.
     #[inline(never)]
     fn solve_left_out(
         &self,

@@ -1,4 +1,4 @@
-//! What the block has to know of its guide, its sensors and its axis, and how well: set by a person or by a calibration.
+//! Parameters of a block: guide, sensors and axis, with their uncertainties, set by a person or by a calibration.
 
 use crate::Error;
 use crate::calibration::Calibration;
@@ -8,7 +8,7 @@ use crate::reduced::Reduced;
 use crate::reference::zhou_2023;
 use crate::viscosity::ViscosityCubic;
 
-/// Everything the block has to know, as a person or a calibration sets it. SI units.
+/// All parameters of a block. SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct Params {
@@ -20,13 +20,13 @@ pub struct Params {
     pub law: Reduced<f32>,
     /// Oil.
     pub viscosity: ViscosityCubic,
-    /// What the law calls viscosity, over ν in cSt: 1 with slip; 60·ρ·1e-6 (ρ in kg/m³) with carriage speed.
+    /// The law's viscosity number per cSt: 1 with slip; 60·ρ·1e-6 (ρ density in kg/m³) with carriage speed.
     pub viscosity_number_per_cst: f32,
     /// Drag of the seals.
     pub seals: Seals,
-    /// Where the calibration holds.
+    /// Range in which the calibration holds.
     pub range: CalibratedRange,
-    /// Standard deviations of what is assumed.
+    /// Standard deviations of the assumptions.
     pub uncertainty: Uncertainty,
     /// Mass between force bridge and guide, kg; decides how much acceleration is too much.
     pub moved_mass_kg: f32,
@@ -38,7 +38,7 @@ pub struct Params {
     pub ball_pass_wavelength_m: f32,
     /// Blocks (10 ms) between two estimates: 10 is 10 Hz, 1 is 100 Hz.
     pub publish_every_blocks: u16,
-    /// What acts beside the law and the seals.
+    /// Left-out mechanisms: what acts beside the law and the seals.
     pub left_out: LeftOut,
 }
 
@@ -82,9 +82,10 @@ pub struct Uncertainty {
     pub friction: f32,
     /// Viscosity at a given temperature, relative.
     pub viscosity: f32,
-    /// Temperature of the oil against the thermometer, K.
+    /// Difference between oil and thermometer temperature, K.
     pub temperature_k: f32,
-    /// Amplitude of the ball-pass ripple over the drag force; what a window shorter than a ball pass sees of it.
+    /// Amplitude of the ball-pass ripple, relative to the drag force; counts in full where a window is shorter than a
+    /// ball pass.
     pub ball_pass_ripple: f32,
 }
 

@@ -21,7 +21,7 @@ const fn row(name: &'static str, min: f64, max: f64, unit: &'static str) -> Rang
 
 /// Every quantity that a person can set.
 ///
-/// Wide on purpose: a range here says what the formulas survive, not what is sensible.
+/// Wide on purpose: a range says for which values the formulas work, not which are sensible.
 pub const RANGES: [Range; 44] = [
     row("ball_diameter_m", 0.5e-3, 50e-3, "m"),
     row("balls_per_row", 1.0, 200.0, "balls"),

@@ -33,7 +33,7 @@ pub enum OutOfDomain {
     Load,
 }
 
-/// What a drag law must answer, in whatever numbers it is built in.
+/// Interface of a drag law, for any number type.
 ///
 /// Two builds: [`Reduced`] in floating point and [`fixed::Reduced`](crate::fixed::Reduced) in integers.
 pub trait DragLaw {
@@ -55,7 +55,7 @@ pub trait DragLaw {
     fn preload(&self, drag_force: Self::Force, viscous_speed: Self::ViscousSpeed) -> Result<Self::Force, OutOfDomain>;
 }
 
-/// A preload with what its uncertainty is computed from.
+/// A preload with the working point and the sensitivities that its uncertainty is computed from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inversion<R> {
     /// Preload F_p, N.
@@ -72,19 +72,19 @@ pub struct Inversion<R> {
     pub per_viscous_speed: R,
 }
 
-/// Where the law meets a force.
+/// Solution of the law for a drag force.
 pub(crate) struct Root<R> {
     /// The dimensionless group.
     pub(crate) x: R,
     /// Q^(1/3).
     pub(crate) s: R,
-    /// dln(s³m)/dln s, of the last but one iterate.
+    /// n = dln(s³m)/dln s, of the last but one iterate.
     slope: R,
     /// dln m/dln h, of the last but one iterate.
     elasticity: R,
 }
 
-/// The law at a load: what corrections to it depend on.
+/// The law at a load: the values that corrections to it depend on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Local<R> {
     /// s = Q^(1/3), N^(1/3).
@@ -239,7 +239,7 @@ impl<R: Real> Reduced<R> {
         Root { x, s, slope: rise_of_product / m, elasticity: rise_of_m / m }
     }
 
-    /// The law at a load per ball above 0, N, and ν·abs(V), cSt·m/s; sharper than what [`invert`](Self::invert) tells.
+    /// The law at a load per ball above 0, N, and ν·abs(V), cSt·m/s; more exact than [`invert`](Self::invert).
     ///
     /// ```text
     /// m = 1 + m_v h + m_s e^-h,   k = (3 + (dln h/dln s)·dln m/dln h)/(3 - 2κs²/(1 + κs²)),   s = Q^(1/3)
@@ -247,10 +247,10 @@ impl<R: Real> Reduced<R> {
     pub fn local(&self, load_per_ball_n: R, viscous_speed: R) -> Local<R> {
         let c = R::from_f64;
         let s = load_per_ball_n.rough_cbrt();
-        // Newton's step makes 3e-5 of the seed 1e-9
+        // one Newton step reduces the seed's error of 3e-5 to 1e-9
         let s = s - (s * s * s - load_per_ball_n) / (c(3.0) * s * s);
         let (h, film_exponent) = self.film(self.hersey_speed, s, self.film_per_viscous_speed * viscous_speed);
-        // the inversion's exponent leaves out the series in its denominator, which an iteration may
+        // the inversion's exponent leaves out the series in its denominator: enough for an iteration, not here
         let film_exponent = match self.hersey_speed {
             HerseySpeed::Slip => {
                 let series = c(1.0) + s * s * (self.slip_1 + self.slip_2 * (s * s));
@@ -290,7 +290,7 @@ impl<R: Real> Reduced<R> {
     pub fn invert(&self, force_n: R, viscous_speed: R) -> Result<Inversion<R>, OutOfDomain> {
         let c = R::from_f64;
         let one = c(1.0);
-        // a cube root of a subnormal has no seed; a force below 1e-6 N is no measurement
+        // the cube root of a subnormal has no seed; a force below 1e-6 N is no measurement
         if !(force_n > c(1e-6) && force_n.is_finite()) {
             return Err(OutOfDomain::Force);
         }
@@ -402,7 +402,8 @@ mod tests {
                     let per_force = (bump(1.0 + d, 1.0) - bump(1.0 - d, 1.0)) / (2.0 * d);
                     let per_nu = (bump(1.0, 1.0 + d) - bump(1.0, 1.0 - d)) / (2.0 * d);
                     let local = law.local(got.load_per_ball_n, nu * scale * v);
-                    // the inversion's answer has its coefficient from the force, and so what two iterations left
+                    // the inversion computes its coefficient from the force, so it holds the error that two iterations
+                    // leave
                     assert!((local.friction * law.mu_coulomb / got.friction_coefficient - 1.0).abs() < 1.2e-5);
                     let drag = |f: f64| libm::log(law.drag_force(got.preload_n * f, nu * scale * v).expect("inside"));
                     let per_preload = (drag(1.0 + d) - drag(1.0 - d)) / (2.0 * d);

@@ -93,7 +93,7 @@ struct Sums {
 const NOTHING: Sums =
     Sums { force: 0, temperature: 0, squares: 0, neighbours: 0, quarters: [0; 4], railed: 0, frozen: None };
 
-/// What of a block must be known when it leaves.
+/// What must be kept of a block until it leaves the window.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     force: u32,
@@ -104,12 +104,12 @@ struct Place {
 
 const EMPTY: Place = Place { force: 0, temperature: 0, counts: 0, at_rail: false };
 
-/// What a full window says. Codes and counts; the monitor turns them into SI.
+/// Statistics of a full window, in codes and counts; the monitor converts them to SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// Mean force code.
     pub force_code: f32,
-    /// Standard deviation of that mean, codes; blocks are not taken as independent.
+    /// Standard deviation of that mean, codes; the correlation of blocks is allowed for.
     pub force_sigma: f32,
     /// Mean temperature code.
     pub temperature_code: f32,

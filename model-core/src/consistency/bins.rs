@@ -1,56 +1,58 @@
-//! Passages through the bins of one axis, and whether their means agree.
+//! Analysis of variance of the passages through the bins of one axis: do the means of the bins agree?
 //!
 //! ```text
 //! between   SB = Σ n_b (m_b - m)²            B - 1 degrees of freedom
 //! within    s² = Σ_b Σ (y_i - m_b)²/(N - B)  of passages; neighbours correlate by ρ, so f = (1+ρ)/(1-ρ)
-//! chance    c² = s² f + σ₀²                  σ₀: what is always there, so that a lucky s² proves nothing
+//! chance    c² = s² f + σ₀²                  σ₀: scatter always assumed: an s² small by luck proves nothing
 //! F         = SB/((B - 1) c²)                with B - 1 and n = (N - B)/f · (c²/(s² f))² degrees of freedom
 //! strength  = ((1-b) F^⅓ - (1-a))/√(b F^⅔ + a),  a = 2/9(B - 1), b = 2/9n      Paulson 1942: F as standard deviations
-//! share²    = (SB - (B - 1) c²)/N            what is left when chance is taken off
+//! share²    = (SB - (B - 1) c²)/N            variance between the bins less that of chance
 //! ```
 //!
-//! Where the level itself may drift (preload does), the axis follows it: level and bin mean share what a passage was off,
-//! `level += follow·(y - level - m_b)`, which leaves a drift to the level and a difference between bins to the bins
-//! however long the block stays in one. What is within bins is then taken from steps, `(y_i - y_i-1)²/2` (von Neumann
-//! 1941), so that an effect that itself grows does not hide behind its own growth. ρ, of deviations from means that were estimated from a few passages a bin, comes
-//! out too small by (1 + 3ρ)/n (Kendall 1954), which is put back.
+//! Where the level itself may drift (preload does), the axis follows it: level and bin mean share the deviation of a
+//! passage, `level += follow·(y - level - m_b)`. A drift then goes into the level and a difference between bins into
+//! the bins, however long the block stays in one. The scatter within bins is then taken from successive differences,
+//! `(y_i - y_i-1)²/2` (von Neumann 1941), so that a growing effect does not hide behind its own growth. The estimate of
+//! ρ from deviations from means of a few passages per bin is too small by (1 + 3ρ)/n (Kendall 1954), which is added
+//! back.
 //!
-//! A bin that has seen many passages forgets half of them, so that a model that was repaired, or a block that has
-//! changed, is judged by what it does now.
+//! A bin with many passages forgets half of them, so that a repaired model, or a block that has changed, is judged by
+//! its present behaviour.
 
 use crate::num;
 
-/// Most bins of an axis.
+/// Largest number of bins of an axis.
 pub(super) const MOST: usize = 32;
 
-/// Passages a bin has before it counts. Fewer: one bad passage is a bin's mean.
+/// Least number of passages of a bin that counts. Fewer: one bad passage makes a bin's mean.
 const LEAST: f32 = 3.0;
 
-/// Degrees of freedom of chance from which on there is a judgement.
+/// Least degrees of freedom of chance for a judgement.
 const LEAST_FREEDOM: f32 = 8.0;
 
 /// Degrees of freedom that a step from passage to passage is worth: neighbouring steps share one.
 const STEPS_COUNT: f32 = 2.0 / 3.0;
 
-/// Scatter of passages that is always reckoned with, share of the drag. Smaller: a few quiet passages make chance look
-/// small. Larger: it takes more passages to see an effect of the size that is relevant.
+/// Scatter of passages that is always assumed (σ₀), share of the drag. Smaller: a few quiet passages make chance look
+/// small. Larger: it takes more passages to see an effect of relevant size.
 const ALWAYS_THERE: f32 = 0.0025;
 
-/// Passages at which a bin forgets half. Fewer: small effects drown. More: a repaired model is suspected for longer.
+/// Passages of a bin at which it forgets half of them. Fewer: small effects drown in chance. More: a repaired model is
+/// suspected for longer.
 const FORGET: f32 = 24.0;
 
-/// Estimates after which a passage ends by itself.
+/// Estimates after which a passage ends even within one bin.
 const LONGEST: f32 = 200.0;
 
 /// Passages over which the correlation of neighbours is remembered.
 const CORRELATION_MEMORY: f32 = 64.0;
 
-/// What an axis shows.
+/// Result of one axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Finding {
     /// How surely the bins disagree, standard deviations; 0 and below is chance.
     pub strength: f32,
-    /// By how much, RMS over passages, share of the drag force.
+    /// By how much they disagree, RMS over passages, share of the drag force.
     pub share: f32,
 }
 
@@ -59,7 +61,7 @@ pub struct Finding {
 struct Bin {
     passages: f32,
     mean: f32,
-    /// the newest one
+    /// newest passage
     last: f32,
     /// sum of squared deviations
     square: f32,
@@ -133,8 +135,8 @@ impl Bins {
         }
     }
 
-    /// Takes an estimate in a bin; one in another bin, or too many, end the passage. `follow`: what the level takes of a
-    /// passage's deviation, 0 where it is not followed.
+    /// Takes an estimate in a bin; a change of bin, or too many estimates, ends the passage. `follow`: share of a
+    /// passage's deviation that the level takes over, 0 where the level is not followed.
     #[inline(never)]
     pub(super) fn take(&mut self, bin: usize, y: f32, follow: f32) {
         if bin != self.at || self.count >= LONGEST {
@@ -205,9 +207,9 @@ impl Bins {
         self.at = (self.at + odd) / 2;
     }
 
-    /// What the axis shows now: `None` where no passage ended since the last call, `Some(None)` where too little was
+    /// Result of the axis now: `None` where no passage ended since the last call, `Some(None)` where too little was
     /// seen.
-    // cold means small to the compiler: it runs ten times a second at most
+    // `cold` makes the compiler optimise for size: this runs ten times a second at most
     #[cold]
     #[inline(never)]
     pub(super) fn evaluate(&mut self, follow: f32) -> Option<Option<Finding>> {
@@ -227,7 +229,7 @@ impl Bins {
         let longer = (1.0 + rho) / (1.0 - rho);
         let scatter = within / (passages - bins).max(1.0) * longer;
         let variance = scatter + ALWAYS_THERE * ALWAYS_THERE;
-        // a ratio of 1e3 is as good as knowing it
+        // at a ratio of 1e3 chance is as good as known
         let known = (variance / scatter.max(1e-3 * variance)).max(1.0);
         let worth = if follow > 0.0 { STEPS_COUNT } else { 1.0 };
         let freedom = worth * (passages - bins) / longer * known * known;
@@ -277,7 +279,7 @@ mod tests {
             for _ in 0..runs {
                 let mut axis = Bins::new();
                 for n in 0..20 * bins {
-                    // far above what is always there
+                    // far above the scatter that is always assumed
                     axis.take(n * 7 % bins, 0.1 * random.normal(), FOLLOWED);
                     axis.interrupt(FOLLOWED);
                 }
@@ -288,7 +290,7 @@ mod tests {
             }
             let mean = sum / f64::from(runs);
             let deviation = libm::sqrt(square / f64::from(runs) - mean * mean);
-            // clipping the correlation at zero makes it careful
+            // clipping the correlation at zero makes the strength too small rather than too large
             assert!((-1.0..0.1).contains(&mean) && (0.7..1.1).contains(&deviation), "{bins}: {mean} {deviation}");
             assert!(beyond <= 8, "{bins}: {beyond} of {runs} beyond 3");
         }
@@ -310,7 +312,7 @@ mod tests {
 
     #[test]
     fn correlated_passages_are_no_evidence() {
-        // half a percent of noise that hangs together over ten passages while the axis drifts: a warm-up past slow noise
+        // noise of half a per cent, correlated over ten passages, while the axis drifts: a warm-up during slow noise
         let mut random = Random(5);
         let (mut alarms, runs) = (0, 300);
         for _ in 0..runs {

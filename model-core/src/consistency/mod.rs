@@ -1,19 +1,19 @@
-//! Does the model fit? The block watches whether the preload that it tells depends on what it must not depend on.
+//! Does the model fit? The block checks whether its preload depends on anything that it must not depend on.
 //!
 //! A preload belongs to the block, not to speed, direction, place or temperature. Where the model lacks something, the
-//! estimates disagree along one of these axes; what they agree on, the level, is what is measured and never a misfit.
+//! estimates disagree along one of these axes; their common level is the measurand and never a misfit.
 //! The innovation of a trusted estimate is the part of the drag that the model does not explain:
 //!
 //! ```text
 //! y = (ln p̂ - r)/(dlnF_p/dlnF_f) + r     r: slow mean of ln p̂, over ten minutes of motion
 //! ```
 //!
-//! What falls into one bin of an axis without
-//! interruption is one passage, and passages are compared by an analysis of variance, see [`bins`]. A misfit must be both
-//! significant and relevant, and last: [`SIGNIFICANT`], [`RELEVANT`], [`LASTING`].
+//! Consecutive estimates in one bin of an axis make one passage, and passages are compared by an analysis of variance,
+//! see [`bins`]. A misfit must be significant and relevant, and must last: [`SIGNIFICANT`], [`RELEVANT`], [`LASTING`].
 //!
-//! What it cannot see: whatever acts alike on all axes, so anything at one speed, one place and one temperature; and on
-//! the axis of temperature it cannot tell oil from a preload that itself follows temperature. The desk can.
+//! Limits: an effect that acts alike along all axes stays unseen, so anything at one speed, one place and one
+//! temperature; and along temperature the oil cannot be told from a preload that itself follows temperature. The desk
+//! can.
 
 pub mod bins;
 
@@ -24,31 +24,31 @@ use crate::num;
 use crate::params::Params;
 use crate::sample::{BLOCK_PERIOD_S, Estimate};
 
-/// Standard deviations from which on a disagreement is significant. Smaller: hundreds of evaluations an hour find one by
-/// chance. Larger: effects of the size that matters are reported later.
+/// Standard deviations from which a disagreement is significant. Smaller: with hundreds of evaluations an hour, chance
+/// makes one. Larger: effects of relevant size are reported later.
 pub const SIGNIFICANT: f32 = 5.0;
 
-/// Share of the drag force from which on a disagreement is relevant, RMS over the bins. Smaller: what the friction law,
-/// the oil's cubic and the sensors are known to is reported. Larger: errors of preload that a user cares about pass.
+/// Share of the drag force from which a disagreement is relevant, RMS over the bins. Smaller: the known inaccuracy of
+/// friction law, viscosity cubic and sensors is reported. Larger: errors of preload that a user cares about pass.
 pub const RELEVANT: f32 = 0.01;
 
 /// Evaluations in a row that must agree before the verdict changes, either way.
 pub const LASTING: u8 = 4;
 
-/// Both limits are lowered to this part of themselves for a misfit to end.
+/// Hysteresis: a misfit ends only below this part of both limits.
 const RELEASE: f32 = 0.6;
 
 /// Time constant of the reference, s of trusted motion.
 const REFERENCE_S: f32 = 600.0;
 
-/// What the level of an axis takes of a passage's deviation: a drift over sixteen passages is followed. Temperature's own
-/// changes are as slow as any drift, so there it is not followed.
+/// Share of a passage's deviation that the level of an axis takes over: it follows a drift over sixteen passages.
+/// Temperature itself changes as slowly as a drift, so its axis does not follow.
 const FOLLOW: f32 = 1.0 / 16.0;
 
 /// Width of a bin of position at the start, m; it doubles when the stroke needs more bins than there are.
 const PLACE_BIN_M: f32 = 0.01;
 
-/// What an estimate must not depend on.
+/// Quantity that an estimate must not depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Axis {
@@ -77,10 +77,11 @@ impl Axis {
     }
 }
 
-/// What the block says of its model.
+/// The block's judgement of its model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verdict {
-    /// The axis on which the estimates disagree most, in shares of the drag; `None` before any axis was seen well enough.
+    /// The axis on which the estimates disagree most, by share of the drag; `None` before any axis was seen well
+    /// enough.
     pub worst: Option<(Axis, Finding)>,
     /// Tick since which the model does not fit; `None` while it fits or too little was seen.
     pub misfit_since: Option<u32>,
@@ -93,14 +94,14 @@ impl Verdict {
     pub const NONE: Verdict = Verdict { worst: None, misfit_since: None, judged: 0 };
 }
 
-/// What of the parameters the watch needs.
+/// Constants of the check, derived from the parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct Consistency {
     ln_speed_from: f32,
     speed_bins_per_ln: f32,
     degc_from: f32,
     temperature_bins_per_k: f32,
-    /// of a publishing period
+    /// weight of one publishing period
     reference_share: f32,
 }
 
@@ -127,7 +128,7 @@ impl Consistency {
         }
     }
 
-    /// Takes the newest estimate with what stands behind it; `None` where it is not trusted.
+    /// Takes the newest estimate with its working point; `None` where it is not trusted.
     ///
     /// Call it once for every estimate, trusted or not.
     pub fn step(&self, watch: &mut Watch, estimate: &Estimate, at: Option<WorkingPoint>) {
@@ -152,7 +153,7 @@ impl Consistency {
     fn take(&self, watch: &mut Watch, preload_n: f32, speed_m_s: f32, degc: f32, at: WorkingPoint) {
         let level = num::ln(preload_n) - *watch.origin.get_or_insert(num::ln(preload_n));
         let y = (level - watch.reference) / at.per_force + watch.reference;
-        // a plain mean at first, then forgetting
+        // a plain mean at first, then an exponential one
         watch.seen += 1.0;
         watch.reference += (level - watch.reference) * (1.0 / watch.seen).max(self.reference_share);
         let v = speed_m_s.abs().max(f32::MIN_POSITIVE);
@@ -165,11 +166,11 @@ impl Consistency {
 }
 
 fn bin(at: f32, bins: usize) -> usize {
-    // a cast takes what is below zero, and what is no number, to the first bin
+    // the cast puts negative values and NaN into the first bin
     (at as usize).min(bins - 1)
 }
 
-/// All that estimates change, two and a half kilobytes.
+/// State of the check: everything that estimates change, 2.5 kB.
 #[derive(Clone, Copy, Debug)]
 pub struct Watch {
     speed: Bins,
@@ -179,7 +180,7 @@ pub struct Watch {
     place: Places,
     reference: f32,
     origin: Option<f32>,
-    /// estimates in the reference
+    /// number of estimates in the reference
     seen: f32,
     /// the axis to be evaluated next
     turn: u8,
@@ -264,12 +265,12 @@ impl Default for Watch {
     }
 }
 
-/// By what findings are compared: the share, where it is significant at all.
+/// Key by which findings are compared: the share, where it is significant at all.
 fn worse(finding: &Finding) -> f32 {
     if finding.strength >= RELEASE * SIGNIFICANT { finding.share } else { 0.0 }
 }
 
-/// Places of the rail as bins of one width, which doubles until the stroke fits.
+/// Mapping of places on the rail to bins of one width, which doubles until the stroke fits.
 #[derive(Clone, Copy, Debug)]
 struct Places {
     /// 0 before the first place
@@ -285,7 +286,7 @@ impl Places {
     #[cold]
     #[inline(never)]
     fn bin(&mut self, place_m: f32, bins: &mut Bins) -> usize {
-        // no rail is longer; what is no number falls on place 0
+        // no rail is longer; NaN counts as place 0
         let place_m = place_m.clamp(-LONGEST_M, LONGEST_M);
         const LAST: i32 = PLACES as i32 - 1;
         if self.width_m == 0.0 {

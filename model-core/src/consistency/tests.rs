@@ -42,7 +42,7 @@ fn a_preload_that_depends_on_nothing_fits() {
     assert_eq!(verdict.misfit_since, None);
     // one temperature cannot be judged
     assert_eq!(verdict.judged, 0b0111);
-    // nor is a level that falls by a fifth, which is what the block is there to measure
+    // a level that falls by a fifth is no misfit: the block is there to measure it
     let verdict = strokes(400, |_, _, tick| 3000.0 - 0.01 * tick as f32).verdict();
     assert_eq!(verdict.misfit_since, None, "{verdict:?}");
 }

@@ -1,4 +1,4 @@
-//! Friction that does not come from the loaded contacts, and friction that knows directions.
+//! Friction that does not come from the loaded contacts, and friction that depends on the direction.
 //!
 //! ```text
 //! seal        F = s·v̂·(coulomb(s) + per_decade·log10(1 + V/(1 mm/s)))     v̂ = V/√(V² + V₀²), 1 for V₀ = 0
@@ -12,10 +12,10 @@ use crate::Error;
 use crate::num;
 use crate::quantity::check_f32;
 
-/// Speed at which lips begin to lift, m/s: that of the library.
+/// Speed at which the seal lips begin to lift, m/s, as in `docs/mechanisms.md`.
 const LIFT_M_S: f32 = 1e-3;
 
-/// Speed that viscous drag is stated at, m/s.
+/// Reference speed of the viscous drag, m/s.
 const STATED_M_S: f32 = 0.1;
 
 /// 1/ln 10.
@@ -27,9 +27,9 @@ const PER_LN_10: f32 = core::f32::consts::LOG10_E;
 pub struct SealDrag {
     /// Constant part, N: towards larger positions, towards smaller ones.
     pub coulomb_n: [f32; 2],
-    /// What a decade of speed adds as the lips lift, N.
+    /// Increase per decade of speed as the lips lift, N.
     pub per_decade_n: f32,
-    /// Speed V₀ below which the sign of motion is smooth, m/s; 0 is sharp.
+    /// Speed V₀ below which the sign of motion is smoothed, m/s; 0: not smoothed.
     pub smooth_m_s: f32,
 }
 
@@ -69,7 +69,7 @@ impl SealDrag {
 pub struct ViscousDrag {
     /// Drag at 0.1 m/s, N: towards larger positions, towards smaller ones.
     pub at_100_mm_s_n: [f32; 2],
-    /// What of it follows the law's oil: drag at 0.1 m/s and 100 cSt, N.
+    /// Part that follows the viscosity of the law's oil: drag at 0.1 m/s and 100 cSt, N.
     pub at_100_cst_n: f32,
     /// Exponent n of speed.
     pub exponent: f32,
@@ -90,7 +90,7 @@ impl ViscousDrag {
         check_f32("speed_exponent", self.exponent)
     }
 
-    /// Drag, N, at a speed of either sign, m/s, with the law's oil, cSt.
+    /// Drag, N, at a speed of either sign, m/s, and the viscosity of the law's oil, cSt.
     pub fn drag_n(&self, speed_m_s: f32, law_cst: f32) -> f32 {
         let [forward, backward] = self.at_100_mm_s_n;
         let stated = if speed_m_s < 0.0 { backward } else { forward };
@@ -107,9 +107,9 @@ impl ViscousDrag {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct Asymmetry {
-    /// Part of the law's drag that is more towards larger positions and less towards smaller ones.
+    /// Share of the law's drag that is added towards larger positions and taken off towards smaller ones.
     pub part: f32,
-    /// The same in proportion to speed, N s/m.
+    /// Asymmetry in proportion to speed, N s/m.
     pub viscous_n_s_m: f32,
 }
 
@@ -139,7 +139,7 @@ mod tests {
             assert!((f64::from(seal.drag_n(v)) / (4.0 + lift) - 1.0).abs() < 3e-7);
             assert!((f64::from(seal.drag_n(-v)) / (3.0 + lift) - 1.0).abs() < 3e-7);
         }
-        // half of the way at V₀ there is 1/√2
+        // at V₀ the smoothed sign is 1/√2
         let smooth = SealDrag { coulomb_n: [4.0; 2], per_decade_n: 0.0, smooth_m_s: 0.01 };
         assert!((smooth.drag_n(0.01) - 2.828_427).abs() < 1e-6);
         assert_eq!(smooth.drag_n(0.0), 0.0);

@@ -1,4 +1,4 @@
-//! A load that moves the two halves of the preloaded contacts apart.
+//! An external load W, which loads one half of the contacts (preload p) and relieves the other.
 //!
 //! ```text
 //! W/p  = (1+t)^1.5 - (1-t)^1.5
@@ -6,13 +6,13 @@
 //! ρ   += preload_per_load·W/p
 //! ```
 //!
-//! Source: `docs/mechanisms.md`, `external-load`. The chip has no sensor for the load: it is told, for each direction.
-//! t is a polynomial in W/p that holds up to 1.4 (t = 0.49); more load is refused.
+//! Source: `docs/mechanisms.md`, `external-load`. The chip has no sensor for the load: it is a parameter, one value per
+//! direction. t is a polynomial in W/p that holds up to W/p = 1.4 (t = 0.49); more load is refused.
 
 use crate::Error;
 use crate::quantity::check_f32;
 
-/// Largest load over the lowest preload that the polynomial holds for.
+/// Largest ratio of load to lowest preload for which the polynomial holds.
 pub const LARGEST_RATIO: f32 = 1.4;
 
 /// A known load on the block.
@@ -21,9 +21,9 @@ pub const LARGEST_RATIO: f32 = 1.4;
 pub struct ExternalLoad {
     /// Load, N, signed: while moving towards larger positions, towards smaller ones.
     pub load_n: [f32; 2],
-    /// Part of the equation's rise that acts.
+    /// Share of the equation's rise that acts.
     pub part: f32,
-    /// Relative preload per W/p, where the two halves are not alike.
+    /// Change of the relative preload per W/p, where the two halves are not alike.
     pub preload_per_load: f32,
 }
 
@@ -55,7 +55,7 @@ impl ExternalLoad {
 
     /// Rise of the drag over the drag without load, both halves of the contacts on the law at their own loads.
     ///
-    /// `friction`: μ/μ_c at so many times the cube root of the load per ball; `here`: at the load itself.
+    /// `friction(x)`: μ/μ_c at x times the cube root of the load per ball; `here`: μ/μ_c at the load itself.
     pub fn rise(&self, ratio: f32, here: f32, friction: impl Fn(f32) -> f32) -> f32 {
         let t = spread(ratio.abs());
         let roots = roots(t);
@@ -67,7 +67,7 @@ impl ExternalLoad {
 /// t of `r = (1+t)^1.5 - (1-t)^1.5` within 1e-8 up to [`LARGEST_RATIO`].
 ///
 /// ```text
-/// t = x + x³/24 + x⁵/77 + ...    x = r/3; the coefficients are those of the least largest error
+/// t = x + x³/24 + x⁵/77 + ...    x = r/3; minimax coefficients
 /// ```
 fn spread(ratio: f32) -> f32 {
     const C: [f32; 4] = [0.041_666_6, 0.013_030_92, 0.006_179_71, 0.005_398_07];
@@ -76,7 +76,7 @@ fn spread(ratio: f32) -> f32 {
     x + x * u * (C[0] + u * (C[1] + u * (C[2] + u * C[3])))
 }
 
-/// `√(1+t)` and `√(1-t)` within 2e-7 up to t = 0.492: an even and an odd part that both have, of the least largest error.
+/// `√(1+t)` and `√(1-t)` within 2e-7 up to t = 0.492, from a common even and odd part with minimax coefficients.
 fn roots(t: f32) -> [f32; 2] {
     let u = t * t;
     let even = 1.0 + u * (-0.125 + u * (-0.039_112_79 + u * (-0.019_515_36 + u * -0.019_084_1)));
@@ -88,7 +88,7 @@ fn roots(t: f32) -> [f32; 2] {
 mod tests {
     use super::*;
 
-    /// Friction over that of dry contacts at so many times the load, the film as of Eq. 20.
+    /// μ/μ_c of Eq. 20 at a multiple of the load; `film`: k_s H at the load itself.
     fn friction(load: f64, film: f64) -> f64 {
         let film = film * libm::cbrt(load);
         1.0 + 0.065 * film + 0.88 * libm::exp(-film)

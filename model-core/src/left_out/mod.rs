@@ -1,8 +1,8 @@
-//! What a law of steady drag leaves out and this block was found to have.
+//! Left-out mechanisms: what the law of steady drag leaves out and this block was found to have.
 //!
-//! The desk's diagnosis writes every mechanism as a force beside the law's (`docs/mechanisms.md`). The chip runs the
-//! same equations backwards. With s the sign of motion, D(p, b) the law's drag at preload p and b = ν·V, b₀ the law's
-//! own oil and b₁ the oil as its temperature has it:
+//! The desk's diagnosis writes every mechanism as a force beside the law's (`docs/mechanisms.md`). The chip inverts the
+//! same equations. With s the sign of motion, D(p, b) the law's drag at preload p and b = ν·V, b₀ with the viscosity
+//! that the law was given and b₁ with that of the block's oil at its temperature:
 //!
 //! ```text
 //! s·F = D(p, b₀)·M(p) + part·(D(p, b₁) - D(p, b₀)) + A
@@ -10,10 +10,10 @@
 //! A   = seals + viscous + s·(offset + pull + inertia + waves of force)     does not depend on preload
 //! ```
 //!
-//! A is taken off the measured force; what is left, C = D(p, b₁)·N(p), is inverted by the law, see [`solve`]. What the
-//! place adds to the preload (rail, balls) is no part of the answer: the block tells the preload it has by itself.
+//! A is taken off the measured force; the rest, C = D(p, b₁)·N(p), is inverted by the law, see [`solve`]. What the
+//! place adds to the preload (rail, balls) is no part of the answer: the block reports its own preload.
 //!
-//! Windows of steady motion only. What happens behind a reversal is kept out by the presliding guard, not modelled.
+//! Windows of steady motion only. The travel after a reversal is excluded by the presliding guard, not modelled.
 
 pub mod friction;
 pub mod load;
@@ -33,7 +33,7 @@ use rail::RailTable;
 use sensor::Sensor;
 use wave::Wave;
 
-/// Waves along the rail that a block can run at a time.
+/// Number of waves along the rail that a block can have.
 pub const WAVES: usize = 3;
 
 /// Everything that acts beside the law. SI units.
@@ -44,7 +44,7 @@ pub struct LeftOut {
     pub seal: SealDrag,
     /// Friction that grows with speed and not with load.
     pub viscous: ViscousDrag,
-    /// Oil that the law does not have.
+    /// Difference between the law's oil and the block's.
     pub oil: Oil,
     /// Friction that differs between the directions.
     pub asymmetry: Asymmetry,
@@ -52,17 +52,17 @@ pub struct LeftOut {
     pub load: ExternalLoad,
     /// Force that does not come from the guide.
     pub pull: Pull,
-    /// What the force channel does.
+    /// Errors of the force channel.
     pub sensor: Sensor,
     /// Place on the rail at which the block is switched on, m; every place below counts from the rail's zero.
     pub start_m: f32,
     /// Waves along the rail: balls that pass, a rail that is not straight, the drive.
     pub waves: [Wave; WAVES],
-    /// What else is tied to places of the rail.
+    /// Other effects tied to places on the rail.
     pub rail: RailTable,
 }
 
-/// Which mechanisms act, as a set of bits: what the image frame tells.
+/// Which mechanisms act, as a set of bits: what the acting frame carries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Acting(u16);
 
@@ -149,7 +149,7 @@ impl LeftOut {
     }
 }
 
-/// Where and how the carriage went while a window was taken.
+/// Motion of the carriage, and what goes with it, during a window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Passage {
     /// Speed, m/s, signed.

@@ -7,15 +7,16 @@ use super::Passage;
 use crate::Error;
 use crate::quantity::check_f32;
 
-/// What pulls at the carriage beside the guide.
+/// Forces on the carriage that do not come from the guide.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct Pull {
     /// Constant part, N, positive where the drive has to push towards larger positions.
     pub force_n: f32,
-    /// What a metre of rail adds, N/m.
+    /// Increase per metre of rail, N/m.
     pub per_m_n_m: f32,
-    /// Mass that the drive accelerates, kg. While it is known, acceleration silences the block ten times later.
+    /// Mass that the drive accelerates, kg. Where it is known, the acceleration that silences the block is ten times as
+    /// high.
     pub inertia_kg: f32,
 }
 

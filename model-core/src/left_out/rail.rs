@@ -1,6 +1,7 @@
-//! What is tied to places of the rail, as a table with straight lines between its knots.
+//! Rail table: an effect tied to places on the rail, piecewise linear between knots.
 //!
-//! `w(x)` is the table's line at x, its ends held beyond them; a window has the mean of w over its travel, exactly.
+//! `w(x)` interpolates the table at x and keeps its end values beyond the ends; a window takes the exact mean of w over
+//! its travel.
 //! Source: `docs/mechanisms.md`, `rail-joint`, `contamination`.
 
 use super::Passage;
@@ -8,14 +9,14 @@ use super::wave::Acts;
 use crate::Error;
 use crate::quantity::check_f32;
 
-/// Most knots of a table.
+/// Largest number of knots of a table.
 pub const KNOTS: usize = 64;
 
 /// A table along the rail.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct RailTable {
-    /// What it is a table of.
+    /// Quantity that the table gives.
     pub acts: Acts,
     /// Place of the first knot, m.
     pub from_m: f32,
@@ -65,7 +66,7 @@ impl RailTable {
         let (from, to) = ((middle - half) / self.step_m, (middle + half) / self.step_m);
         let last = f32::from(self.knots.max(1) - 1);
         let width = to - from;
-        // on a hundredth of a line there is nothing to sum that would not be lost in rounding
+        // over less than a hundredth of a knot distance the sum would be lost in rounding: take the middle
         if width < 0.01 {
             return self.scale * self.at(0.5 * (from + to), last);
         }
@@ -75,7 +76,7 @@ impl RailTable {
         let (from, to) = (from.max(0.0).min(last), to.max(0.0).min(last));
         let mut sum = before + behind;
         let mut at = from;
-        // every turn takes a knot: never more than the table has
+        // every iteration passes a knot: never more than the table has
         for _ in 0..KNOTS {
             if at >= to {
                 break;

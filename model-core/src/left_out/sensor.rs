@@ -1,6 +1,6 @@
-//! What the force channel does to the force.
+//! Errors of the force channel.
 //!
-//! `F = force + offset + gain_error·D - lag·dF/dt`, the last for windows over which the force changes evenly.
+//! `F = force + offset + gain_error·D - lag·dF/dt`, the last term for windows over which the force changes evenly.
 //! Source: `docs/mechanisms.md`, `force-offset`, `force-gain`, `force-lowpass`, `time-misalignment`.
 
 use crate::Error;
@@ -14,7 +14,7 @@ pub struct Sensor {
     pub offset_n: f32,
     /// Relative error of the scale, on the law's force.
     pub gain_error: f32,
-    /// Time constant of a first-order lag, s; negative where the force comes early.
+    /// Time constant of a first-order lag, s; negative where the force leads.
     pub lag_s: f32,
 }
 
@@ -32,7 +32,7 @@ impl Sensor {
         check_f32("lag_s", self.lag_s)
     }
 
-    /// What offset and lag made of the force, N; `rate` is the change of the measured force, N/s.
+    /// Shift of the force by offset and lag, N; `rate_n_s` is the change of the measured force, N/s.
     pub fn shift_n(&self, rate_n_s: f32) -> f32 {
         self.offset_n - self.lag_s * rate_n_s
     }

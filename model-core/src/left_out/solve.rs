@@ -1,29 +1,29 @@
-//! The preload behind a drag force that more than the law makes.
+//! Preload from a drag force to which the left-out mechanisms contribute.
 //!
 //! ```text
-//! C    = s·F - A                                            what contacts make
+//! C    = s·F - A                                            drag of the contacts
 //! N(p) = (m₀/m₁)·M(p) + part·(1 - m₀/m₁)                    m₀, m₁: friction with the law's oil, with the block's
 //! M(p) = 1 + gain + s·asymmetry + load(p) + k(p)·ρ
 //! ```
 //!
-//! N depends on the preload only through load and k, slowly, so `D(p) = C/n` is inverted for a guessed n, and the secant
-//! through two guesses leads to n = N(p). The last small step goes along the law's own slope.
+//! N depends only weakly on the preload, through load and k. So `D(p) = C/n` is inverted for a guessed n, and the
+//! secant method finds n = N(p). The last small step uses the law's own slope.
 
 use super::wave::Acts;
 use super::{LeftOut, Passage};
 use crate::num;
 use crate::reduced::{Inversion, OutOfDomain, Reduced};
 
-/// Load per ball at which an interference is told by the preload that it makes, N.
+/// Load per ball, N, at which an interference is stated as the relative preload that it causes.
 const REFERENCE_LOAD_N: f32 = 150.0;
 
-/// Most secant steps.
+/// Largest number of secant steps.
 const STEPS: usize = 4;
 
-/// Relative step in N from which on the law's slope, known to 1e-3, is as good as another inversion.
+/// Relative step in N below which the law's slope, known to 1e-3, is as good as another inversion.
 const NEAR: f32 = 1e-3;
 
-/// What the place of a window adds: relative preload, friction (N) and force (N).
+/// Contributions of a window's place: relative preload, interference (as in [`Acts`]), friction (N) and force (N).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Place {
     preload: f32,
@@ -60,7 +60,7 @@ impl LeftOut {
     /// `number_per_cst` turns cSt into the law's viscosity; `invert` is the law's inversion.
     ///
     /// # Errors
-    /// [`OutOfDomain`] as [`Reduced::invert`]; also where what was left out takes the whole force away.
+    /// [`OutOfDomain`] as [`Reduced::invert`]; also where the left-out forces account for the whole drag.
     pub fn preload(
         &self,
         law: &Reduced<f32>,
@@ -100,7 +100,7 @@ impl LeftOut {
                 if place.interference != 0.0 {
                     let load = at.load_per_ball_n / REFERENCE_LOAD_N;
                     let root = num::rough_cbrt(load);
-                    // one step of Newton's makes it good to the last digits
+                    // one Newton step makes it exact to the last digits
                     let root = root - (root * root * root - load) / (3.0 * root * root);
                     preload += place.interference / (root * root);
                 }
@@ -118,7 +118,7 @@ impl LeftOut {
             }
             law_times
         };
-        // corrections are small: the first guess is that of a law in proportion to preload
+        // corrections are small: the first guess takes the drag as proportional to preload (k = 1)
         let mut n = constant + place.preload + place.interference;
         let mut answer = invert(contacts / n, with_oil)?;
         let mut told = correction(&answer);
@@ -128,7 +128,7 @@ impl LeftOut {
             n = next;
             answer = invert(contacts / n, with_oil)?;
             told = correction(&answer);
-            // where the line through both meets N = n
+            // intersection of the secant with N = n
             let slope = ((told - told_before) / (n - n_before)).clamp(-0.5, 0.5);
             next = if slope.is_finite() { n + (told - n) / (1.0 - slope) } else { told };
             if (next - n).abs() < NEAR * n.abs() {

@@ -1,4 +1,4 @@
-//! What repeats along the rail: balls that pass, a rail that is not straight, screw and motor.
+//! Waves along the rail: passing balls, a rail that is not straight, screw and motor.
 //!
 //! ```text
 //! w(x)   = Σ sine_o·sin(o·kx) + cosine_o·cos(o·kx)        k = 2π/wavelength, o = 1, 2, 3
@@ -12,10 +12,10 @@ use crate::Error;
 use crate::num;
 use crate::quantity::check_f32;
 
-/// Orders of a wave.
+/// Number of orders of a wave.
 pub const ORDERS: usize = 3;
 
-/// What a wave or a table along the rail is a wave of.
+/// Quantity that a wave or a table along the rail gives.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
@@ -27,7 +27,7 @@ pub enum Acts {
     Drag,
     /// Force, N, the same in both directions.
     Force,
-    /// Interference of balls and raceways, told by the relative preload that it makes at 150 N per ball:
+    /// Interference of balls and raceways, stated as the relative preload that it causes at 150 N per ball:
     /// `ρ ∝ Q^(-2/3)`, because `Q ∝ D^1.5`.
     Interference,
 }
@@ -46,7 +46,7 @@ impl Acts {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde_derive::Serialize, serde_derive::Deserialize))]
 pub struct Wave {
-    /// What it is a wave of.
+    /// Quantity that the wave gives.
     pub acts: Acts,
     /// Wavelength of the first order, m; read only where an amplitude is not 0.
     pub wavelength_m: f32,
@@ -82,7 +82,7 @@ impl Wave {
         // angles of the higher orders by addition
         let (mut s, mut c, mut ws, mut wc) = (s1, c1, ws1, wc1);
         let (mut sum, mut order) = (0.0, 1.0);
-        // orders beyond the last one in use cost nothing
+        // orders beyond the last one in use are skipped
         let orders = if self.sine[2] != 0.0 || self.cosine[2] != 0.0 {
             3
         } else if self.sine[1] != 0.0 || self.cosine[1] != 0.0 {
@@ -92,7 +92,7 @@ impl Wave {
         };
         for (sine, cosine) in self.sine.iter().zip(&self.cosine).take(orders) {
             let arc = order * angle;
-            // below a hundredth of a radian 1 - arc²/6 is exact in f32
+            // below 0.01 rad sin(arc)/arc = 1 - arc²/6 is exact in f32
             let kept = if arc.abs() < 0.01 { 1.0 - arc * arc * (1.0 / 6.0) } else { ws / arc };
             sum += kept * (sine * s + cosine * c);
             (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
@@ -134,7 +134,7 @@ mod tests {
                 travel_m: travel,
             };
             let got = f64::from(wave.mean(&passage));
-            // a place of 3 m is known to 2e-7 m in f32, a wave of 14.3 mm turns by 1e-4 rad on it
+            // f32 resolves a place of 3 m to 2e-7 m, which is 1e-4 rad of a wave of 14.3 mm
             assert!((got - sum / f64::from(steps)).abs() < 4e-6, "{place} {travel}: {got} {}", sum / f64::from(steps));
         }
     }
