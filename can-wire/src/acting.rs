@@ -1,4 +1,4 @@
-//! The acting frame, `0x300 + n`: what acts beside the drag law in the parameters that the block runs.
+//! The acting frame, `0x300 + n`: mechanisms that act beside the drag law in the parameters that the block runs.
 //!
 //! ```text
 //! byte  0           2           6                  7
@@ -9,8 +9,8 @@
 //!      +-----------+-----------+---------+--------+-----+
 //! ```
 //!
-//! Bit n of `acting`: mechanism n of [`Acting::NAMES`] acts beside the law. Which image it is says the
-//! [`state`](mod@crate::state) frame.
+//! Bit n of `acting`: mechanism n of [`Acting::NAMES`] acts beside the law. The [`state`](mod@crate::state) frame says
+//! which parameter image is running.
 
 use crate::Reject;
 use crate::frame::{self, LENGTH, RawFrame};
@@ -23,9 +23,9 @@ use serde::{Deserialize, Serialize};
 pub enum Source {
     /// No record, or one that was refused: the published set, and so no preload.
     BuiltIn = 0,
-    /// A record that says it is calibrated.
+    /// A record that is marked calibrated.
     Calibrated = 1,
-    /// A record that does not: no preload.
+    /// A record that is not marked calibrated: no preload.
     NotCalibrated = 2,
 }
 
@@ -43,10 +43,10 @@ impl Source {
     }
 }
 
-/// What acts beside the law, as the firmware knows it.
+/// What the firmware sends in an acting frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Beside {
-    /// What acts.
+    /// Mechanisms that act beside the law.
     pub acting: Acting,
     /// Whether the parameters come from a record.
     pub record: bool,
@@ -54,10 +54,10 @@ pub struct Beside {
     pub calibrated: bool,
 }
 
-/// What an acting frame says.
+/// Content of an acting frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ActingMessage {
-    /// What acts beside the law.
+    /// Mechanisms that act beside the law.
     pub acting: Acting,
     /// Where the parameters come from.
     pub source: Source,
@@ -126,7 +126,7 @@ mod tests {
         assert_eq!(read(frame), ActingMessage { acting, source: Source::Calibrated, counter: 0 });
         let frame = publisher.acting(&Beside { acting: Acting::NONE, record: true, calibrated: false });
         assert_eq!((read(frame).source, read(frame).counter), (Source::NotCalibrated, 1));
-        // whatever it claims: without a record nothing is calibrated
+        // without a record nothing is calibrated, whatever `calibrated` says
         let frame = publisher.acting(&Beside { acting: Acting::NONE, record: false, calibrated: true });
         assert_eq!(read(frame).source, Source::BuiltIn);
     }

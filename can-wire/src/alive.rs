@@ -24,12 +24,12 @@ impl Alive {
         Alive { last: [[UNSEEN; NODES]; Kind::ALL.len()] }
     }
 
-    /// Takes the counter of a frame that [`decode`](crate::decode) took; answers how many frames before it are
+    /// Takes the counter of a frame that [`decode`](crate::decode) accepted; returns how many frames before it are
     /// missing, 0 for the first. Missing frames are counted modulo 16, and 15 of them look like a repeated
-    /// one: silence is for the receiver's clock to find, not for the counter.
+    /// one: the receiver must detect silence by its clock, not by the counter.
     ///
     /// # Errors
-    /// [`Reject::RepeatedCounter`] when it stands where it stood, also after the sender has started anew
+    /// [`Reject::RepeatedCounter`] when it has not moved on, also after the sender has started anew
     /// (see [`forget`](Self::forget)); [`Reject::UnknownIdentifier`] and [`Reject::NodeRange`] as in `decode`;
     /// [`Reject::UndefinedCode`] for a counter above 15.
     pub fn accept(&mut self, id: u16, counter: u8) -> Result<u8, Reject> {
@@ -49,7 +49,7 @@ impl Alive {
         Ok(skipped)
     }
 
-    /// Forgets a node's counters. For a receiver that knows from the heartbeat that the block has started anew.
+    /// Forgets a node's counters: for a receiver that learns from the heartbeat that the block has started anew.
     pub fn forget(&mut self, node: NodeId) {
         for kind in &mut self.last {
             kind[usize::from(node.get()) - 1] = UNSEEN;
@@ -76,7 +76,7 @@ mod tests {
                 let next = (first + step) % 16;
                 let expected = if step == 0 { Err(Reject::RepeatedCounter(next)) } else { Ok(step - 1) };
                 assert_eq!(alive.accept(0x185, next), expected);
-                // refused or not, the same again is a repetition
+                // the same counter again is a repetition, whether the frame was refused or not
                 assert_eq!(alive.accept(0x185, next), Err(Reject::RepeatedCounter(next)));
             }
         }

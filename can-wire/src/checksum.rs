@@ -1,16 +1,16 @@
-//! CRC-32/ISO-HDLC, that of Ethernet and zip, over what is longer than a frame.
+//! CRC-32/ISO-HDLC, that of Ethernet and zip, for data longer than a frame.
 
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
 
-/// Without a table: 1 KiB of flash for something that is seldom done is too much.
+/// Without a table: 1 KiB of flash is too much for something seldom done.
 static CRC32: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
-/// The CRC of all bytes; of an image, what [`service`](crate::service) asks for.
+/// The CRC of all bytes; that of an image is what [`service`](crate::service) asks for.
 pub fn crc32(bytes: &[u8]) -> u32 {
     CRC32.checksum(bytes)
 }
 
-/// A CRC that grows.
+/// CRC of data that comes in parts: `so_far` is that of the parts before.
 #[inline(never)]
 pub(crate) fn running(so_far: Option<u32>, bytes: &[u8]) -> u32 {
     let mut digest: Digest<'_, u32, NoTable> = match so_far {

@@ -1,4 +1,4 @@
-//! The estimate frame, `0x180 + n`: preload, how sure, and why not.
+//! The estimate frame, `0x180 + n`: preload, its standard deviation, and why there is none.
 //!
 //! ```text
 //! byte  0        2        4        6                  7
@@ -10,9 +10,9 @@
 //! ```
 //!
 //! Quality 0: preload and sigma may be trusted. Otherwise it is the code of the most urgent
-//! [`Reason`], and preload and sigma are not available. The two never come apart: an estimate that has
-//! neither a preload nor a reason is sent as [`Reason::Stale`], one that has both without the preload.
-//! The drag force, positive against the motion, is given whenever it is known.
+//! [`Reason`], and preload and sigma are not available. Exactly one of preload and reason is ever sent: an estimate
+//! that has neither is sent as [`Reason::Stale`], one that has both without the preload. The drag force, positive
+//! against the motion, is given whenever it is known.
 
 use crate::frame::{self, LENGTH, RawFrame};
 use crate::{Reject, number};
@@ -25,7 +25,7 @@ const PRELOAD_PER_N: f32 = 1.0;
 /// Counts per newton of drag force.
 const DRAG_PER_N: f32 = 100.0;
 
-/// What an estimate frame says.
+/// Content of an estimate frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EstimateMessage {
     /// Preload, N, to 1 N; present exactly when `quality` is `None`. 65531 stands for that and more.

@@ -1,4 +1,4 @@
-//! The fault frame, `0x080 + n`: everything that stands against the estimate, all at once.
+//! The fault frame, `0x080 + n`: all reasons against the estimate.
 //!
 //! ```text
 //! byte  0          2         3        5      6                  7
@@ -43,7 +43,7 @@ const TEMPERATURE: u8 = 1 << 3;
 /// Error register: manufacturer's own.
 const MANUFACTURER: u8 = 1 << 7;
 
-/// CiA 301 emergency error code of a reason; 0 for what every axis does in ordinary use.
+/// CiA 301 emergency error code of a reason; 0 for reasons of ordinary use, such as standing.
 pub const fn error_code(reason: Reason) -> u16 {
     match reason {
         Reason::NotCalibrated => 0x6300,
@@ -70,14 +70,14 @@ pub const fn error_register(reason: Reason) -> u8 {
     }
 }
 
-/// What a fault frame says.
+/// Content of a fault frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FaultMessage {
     /// CiA 301 emergency error code; 0 without error.
     pub error_code: u16,
     /// CiA 301 error register; 0 without error.
     pub error_register: u8,
-    /// Everything that stands against the estimate.
+    /// All reasons against the estimate.
     pub reasons: Reasons,
     /// Blocks of samples lost since start-up; 255 stands for that and more.
     pub lost_blocks: u8,
@@ -209,7 +209,7 @@ mod tests {
             let reasons = Reasons::from_bits(bits);
             let message = read(Publisher::new(NODE).fault(reasons, 0));
             assert_eq!(message.reasons, reasons);
-            // an error code exactly when the register tells an error
+            // an error code exactly when the register shows an error
             assert_eq!(message.error_code != 0, message.error_register & GENERIC != 0);
             assert_eq!(message.error_code != 0, reasons.iter().any(|r| error_code(r) != 0));
         }

@@ -7,10 +7,10 @@ use serde::{Serialize, de::DeserializeOwned};
 /// Length of every frame's data.
 pub(crate) const LENGTH: usize = 8;
 
-/// Where the CRC stands.
+/// Index of the CRC byte.
 const CRC_AT: usize = LENGTH - 1;
 
-/// Bits of an identifier that hold the node; the others tell the kind.
+/// Bits of an identifier that hold the node; the others give the kind.
 const NODE_BITS: u16 = 0x7F;
 
 /// A static, so that the table of 256 bytes stays in flash.
@@ -47,13 +47,13 @@ pub enum Kind {
     Estimate,
     /// Speed, temperature, time, what the carriage does.
     Motion,
-    /// What acts beside the drag law.
+    /// Mechanisms that act beside the drag law.
     Acting,
     /// Ball-pass ripple of the drag force.
     Ripple,
     /// Whether the model fits.
     Misfit,
-    /// What it works with, and what was changed on it.
+    /// Parameter image in use, and changes made on the block.
     State,
     /// Sign of life, reset cause, losses.
     Heartbeat,
@@ -127,8 +127,8 @@ pub(crate) fn crc_of(identifier: u16, bytes: &[u8]) -> u8 {
 
 /// Lays out `wire` and puts the CRC over its last byte.
 ///
-/// All wire structs have 8 bytes, which their tests assert. Should one not fit after all, the frame keeps
-/// 0xFF everywhere, which is no frame: its CRC is wrong.
+/// All wire structs have 8 bytes, which their tests assert. Should one not fit after all, all bytes stay 0xFF, which no
+/// receiver accepts: the CRC is wrong.
 pub(crate) fn seal<T: Serialize>(identifier: u16, wire: &T) -> RawFrame {
     let mut data = [0xFF; LENGTH];
     if postcard::to_slice(wire, &mut data).is_ok() {
@@ -150,17 +150,17 @@ pub(crate) fn read<T: DeserializeOwned>(data: &[u8; LENGTH]) -> Result<T, Reject
     postcard::from_bytes(data).map_err(|_| Reject::Length(LENGTH))
 }
 
-/// Byte 6: the alive counter below, the frame's code above. Both are cut to four bits.
+/// Byte 6: the alive counter in the lower four bits, the frame's code in the upper four. Both are cut to four bits.
 pub(crate) fn join(counter: u8, code: u8) -> u8 {
     (counter & 0xF) | (code << 4)
 }
 
-/// Alive counter and code out of byte 6.
+/// Alive counter and code from byte 6.
 pub(crate) fn split(byte: u8) -> (u8, u8) {
     (byte & 0xF, byte >> 4)
 }
 
-/// Alive counter out of a byte 6 without code.
+/// Alive counter from a byte 6 without code.
 ///
 /// # Errors
 /// [`Reject::UndefinedCode`] when the upper four bits are not 0.
@@ -245,7 +245,7 @@ mod tests {
         const BITS: usize = 64 + 11;
         let mut tried = 0;
         for a in 0..BITS {
-            // a bit flipped again is an error of one or two bits less
+            // a bit flipped twice makes an error of fewer bits
             for b in a..BITS {
                 for c in b..BITS {
                     let mut bad = good;

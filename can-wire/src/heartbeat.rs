@@ -1,4 +1,4 @@
-//! The heartbeat frame, `0x700 + n`: the block is alive, and what happened to it.
+//! The heartbeat frame, `0x700 + n`: sign of life, reset cause, starts and dropped frames.
 //!
 //! ```text
 //! byte  0     1                 2        4         6                  7
@@ -9,8 +9,8 @@
 //!      +-----+-------+---------+--------+---------+---------+--------+-----+
 //! ```
 //!
-//! Byte 0 is the CANopen heartbeat (CiA 301: 0 boot-up, 5 operational), so that a master that reads one byte
-//! is served; one that insists on a length of 1 is not. Both counts stop at 65535.
+//! Byte 0 is the CANopen heartbeat (CiA 301: 0 boot-up, 5 operational). A master that reads one byte can use it; one
+//! that insists on a length of 1 cannot. Both counts stop at 65535.
 
 use crate::Reject;
 use crate::frame::{self, LENGTH, RawFrame};
@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum ResetCause {
-    /// The chip gives none.
+    /// The chip reports none.
     Unknown = 0,
     /// Supply switched on.
     PowerOn = 1,
@@ -75,7 +75,7 @@ impl ResetCause {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum BoardKind {
-    /// None of those below, a desk for instance.
+    /// None of those below, a desk computer for instance.
     Unknown = 0,
     /// STM32F405RG.
     Stm32f405 = 1,
@@ -130,12 +130,12 @@ impl NmtState {
     }
 }
 
-/// What the block knows about itself.
+/// What the firmware sends in a heartbeat frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Health {
-    /// What started it.
+    /// What started the block.
     pub reset_cause: ResetCause,
-    /// What it runs on.
+    /// Board that it runs on.
     pub board: BoardKind,
     /// Starts since the supply was switched on, this one included.
     pub boot_count: u16,
@@ -145,14 +145,14 @@ pub struct Health {
     pub operational: bool,
 }
 
-/// What a heartbeat frame says.
+/// Content of a heartbeat frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HeartbeatMessage {
     /// State of the block.
     pub state: NmtState,
-    /// What started it.
+    /// What started the block.
     pub reset_cause: ResetCause,
-    /// What it runs on.
+    /// Board that it runs on.
     pub board: BoardKind,
     /// Starts since the supply was switched on; 65535 stands for that and more.
     pub boot_count: u16,

@@ -1,8 +1,8 @@
-//! What crosses the bus: the frames of a guide block, their layout as a DBC, and the parameter record.
+//! CAN interface of a guide block: its frames, their layout as a DBC, and the parameter record.
 //!
 //! Classical CAN, 11-bit identifiers, always 8 data bytes, everything little-endian and byte-aligned so that
 //! a PLC can map it. The identifiers are those of the CANopen predefined connection set, node `n` = 1 to 127;
-//! the smaller one wins the bus:
+//! the smaller identifier wins the bus:
 //!
 //! | identifier | frame | sent | layout |
 //! |---|---|---|---|
@@ -21,10 +21,10 @@
 //!
 //! Bursts take the identifiers of the fourth pair of process data, the last ones free in the predefined set; on a
 //! G474 a burst may go out as CAN FD frames of 64 bytes under the same identifier. The acting and misfit frames take
-//! those of process data to a node, which a block has none of. The state frame lies between service and heartbeat,
-//! where the set has nothing.
+//! identifiers of process data sent to a node, of which a block has none. The state frame lies between service and
+//! heartbeat, where the set has nothing.
 //!
-//! Every frame but those of service ends alike, those of bursts with a sequence number in place of code and count:
+//! All frames but those of service end alike (those of bursts have a sequence number in place of code and count):
 //!
 //! ```text
 //! byte  6              7
@@ -34,16 +34,16 @@
 //! bits  7..4   3..0
 //! ```
 //!
-//! `count` is a 4-bit alive counter, one more in each frame of an identifier; `code` belongs to the frame.
-//! CAN's own CRC guards the wire; this one guards gateways, software and mixed-up identifiers. It finds every
-//! error of up to three bits in a frame.
+//! `count` is a 4-bit alive counter, one more in each frame of an identifier; the meaning of `code` depends on the
+//! frame. CAN's own CRC guards against errors on the wire; this one against those of gateways and software and against
+//! mixed-up identifiers. It finds every error of up to three bits in a frame.
 //!
 //! A number that is not known is sent as "not available": `0xFFFF` in a u16, `-32768` in an i16. Known
 //! numbers are rounded, then saturate at `0xFFFB` and at `±32767`; `0xFFFC` to `0xFFFE` are never sent.
 //! Counts have no such code and stop at their largest value.
 //!
-//! [`Publisher`] turns what the block knows into frames, [`decode`] and [`Alive`] check and read them,
-//! [`layout`] is the one table that the DBC is written from.
+//! [`Publisher`] makes the block's frames, [`decode`] and [`Alive`] check and read them, [`layout`] is the one table
+//! that the DBC is written from.
 #![no_std]
 #![forbid(unsafe_code)]
 

@@ -1,4 +1,4 @@
-//! The receiver's side: frames as what the block said.
+//! The receiver's side: decoding of all cyclic frames.
 
 use crate::frame::{self, Kind};
 use crate::{
@@ -6,22 +6,22 @@ use crate::{
     RippleMessage, StateMessage, acting, estimate, fault, heartbeat, misfit, motion, ripple, state,
 };
 
-/// What a frame says, in SI units.
+/// Content of a frame, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Message {
-    /// What is wrong.
+    /// Reasons against the estimate.
     Fault(FaultMessage),
     /// Preload, drag force, quality.
     Estimate(EstimateMessage),
     /// Speed, temperature, time.
     Motion(MotionMessage),
-    /// What acts beside the drag law.
+    /// Mechanisms that act beside the drag law.
     Acting(ActingMessage),
     /// Ball-pass ripple.
     Ripple(RippleMessage),
     /// Whether the model fits.
     Misfit(MisfitMessage),
-    /// What it works with.
+    /// Parameter image in use, changes.
     State(StateMessage),
     /// Sign of life.
     Heartbeat(HeartbeatMessage),

@@ -9,9 +9,9 @@
 //!      +----------+-----------+----------+---------+--------+-----+
 //! ```
 //!
-//! `since` is available exactly while the model does not fit. `axis` 0: no axis has been seen well enough for a judgement
-//! so far; otherwise it names the axis on which the estimates disagree most, and strength and share say how surely and by
-//! how much. See [`model_core::consistency`].
+//! `since` is available exactly while the model does not fit. `axis` 0: no axis has been seen well enough for a
+//! judgement so far; otherwise it is the axis on which the estimates disagree most, and strength and share say how
+//! surely and by how much. See [`model_core::consistency`].
 
 use crate::frame::{self, LENGTH, RawFrame};
 use crate::{Reject, number};
@@ -22,10 +22,10 @@ use serde::{Deserialize, Serialize};
 /// Counts per standard deviation.
 const STRENGTH_PER_SIGMA: f32 = 100.0;
 
-/// Counts per 1.
+/// Counts per share of 1.
 const SHARE_PER_ONE: f32 = 10_000.0;
 
-/// What a misfit frame says.
+/// Content of a misfit frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MisfitMessage {
     /// The axis on which the estimates disagree most; `None` before there is a judgement.

@@ -9,10 +9,10 @@
 //!      +---------+-----------+--------+---------+--------+-----+
 //! ```
 //!
-//! Speed reaches ±3.2767 m/s, what the fastest guides do; the price is a rounding of up to 0.05 mm/s, 3 % of
+//! Speed reaches ±3.2767 m/s, as the fastest guides do; the price is a rounding of up to 0.05 mm/s, 3 % of
 //! the slowest calibrated speed. The estimate itself is made from the unrounded speed.
-//! Time is that of the newest block in the estimate, `tick·1000 mod 65536`: it wraps every 0.65536 s, has no
-//! "not available" code, and is the same in the estimate frame's companion only, not across blocks.
+//! Time is that of the newest block of samples in the estimate, `tick·1000 mod 65536`: it wraps every 0.65536 s and has
+//! no "not available" code. It ties the frame to its estimate frame; the times of different guide blocks are unrelated.
 //! Motion is the code of [`Motion`].
 
 use crate::frame::{self, LENGTH, RawFrame};
@@ -32,7 +32,7 @@ const TIME_US: u32 = 10;
 /// Counts of time per tick.
 const TIME_PER_TICK: u32 = 1_000_000 / TIME_US / BLOCK_HZ;
 
-/// What a motion frame says.
+/// Content of a motion frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionMessage {
     /// Carriage speed, m/s, to 0.1 mm/s; ±3.2767 stands for that and more.

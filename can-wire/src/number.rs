@@ -11,8 +11,8 @@ pub(crate) const NO_I16: i16 = i16::MIN;
 
 /// Nearest whole number within `low..=high`, halves away from zero.
 ///
-/// The limits are whole and below 2^24, so nothing is lost in the cast: it only drops the fraction, which
-/// the subtraction gives exactly; and nothing wraps, which spares the check.
+/// The limits are whole numbers below 2^24, so the cast only drops the fraction, which the subtraction gives exactly;
+/// and the addition cannot overflow, so it needs no check.
 fn round(x: f32, low: f32, high: f32) -> i32 {
     // not `clamp`: its check of the limits can format them, which costs the image 15 KiB; x is never NaN here
     let x = x.max(low).min(high);
@@ -27,7 +27,7 @@ fn round(x: f32, low: f32, high: f32) -> i32 {
     }
 }
 
-/// `value·per_unit` as u16; none and not finite are [`NO_U16`].
+/// `value·per_unit` as u16; `None` and non-finite values are [`NO_U16`].
 pub(crate) fn to_u16(value: Option<f32>, per_unit: f32) -> u16 {
     match value {
         Some(v) if v.is_finite() => u16::try_from(round(v * per_unit, 0.0, f32::from(MAX_U16))).unwrap_or(NO_U16),
@@ -35,7 +35,7 @@ pub(crate) fn to_u16(value: Option<f32>, per_unit: f32) -> u16 {
     }
 }
 
-/// `value·per_unit` as i16; none and not finite are [`NO_I16`].
+/// `value·per_unit` as i16; `None` and non-finite values are [`NO_I16`].
 pub(crate) fn to_i16(value: Option<f32>, per_unit: f32) -> i16 {
     let limit = f32::from(i16::MAX);
     match value {
@@ -84,7 +84,7 @@ mod tests {
 
     #[test]
     fn rounds_to_the_nearest_halves_away_from_zero() {
-        // the number below 0.5 is where adding 0.5 first would give 1
+        // for the number just below 0.5, adding 0.5 and cutting would give 1
         for (value, code) in
             [(0.0, 0), (0.499_999_97, 0), (0.5, 1), (1.5, 2), (2.5, 3), (2.499_999_8, 2), (1234.4, 1234)]
         {

@@ -1,4 +1,4 @@
-//! The parameter record: what a block has to know, as it lies in its flash.
+//! The parameter record: the parameters of a block as they lie in its flash.
 //!
 //! ```text
 //! offset 0      4         6         8                8 + L     12 + L
@@ -29,7 +29,7 @@ pub const MAGIC: [u8; 4] = *b"GBPR";
 /// Layout of the body.
 pub const VERSION: u16 = 2;
 
-/// No record is longer; a multiple of what the chips' flash is programmed in.
+/// Largest size of a record, bytes; a multiple of the units in which the chips' flash is programmed.
 pub const MAX_SIZE: usize = 576;
 
 /// Bytes before the body.
@@ -38,10 +38,10 @@ const HEADER: usize = 8;
 /// Bytes after the body.
 const TRAILER: usize = 4;
 
-/// Read once at start-up, so without a table.
+/// Used once at start-up, so without a table.
 static CRC32: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
-/// What a block has to know.
+/// Everything a block has to know.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParameterRecord {
     /// Node on the bus, 1 to 127.
@@ -73,7 +73,7 @@ impl core::fmt::Display for EncodeError {
 
 impl core::error::Error for EncodeError {}
 
-/// Why a record is not taken.
+/// Why a record is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BadRecord {
     /// Erased flash: nobody has written a record.
@@ -82,7 +82,7 @@ pub enum BadRecord {
     Magic,
     /// Its layout is not [`VERSION`] but this one.
     Version(u16),
-    /// It is cut, or longer than any record.
+    /// It is truncated, or longer than any record.
     Length,
     /// Bytes have changed since it was written.
     Crc,
@@ -120,7 +120,7 @@ impl core::fmt::Display for BadRecord {
 
 impl core::error::Error for BadRecord {}
 
-/// Writes a record into the beginning of `buffer` and answers that part of it.
+/// Writes a record into the beginning of `buffer` and returns that part of it.
 ///
 /// # Errors
 /// [`EncodeError::NodeId`] and [`EncodeError::Params`] for what [`decode`] would refuse,
@@ -131,7 +131,7 @@ pub fn encode<'a>(record: &ParameterRecord, buffer: &'a mut [u8]) -> Result<&'a 
     seal(record, buffer).ok_or(EncodeError::BufferTooShort)
 }
 
-/// The record without a look at its values; `None` when it does not fit.
+/// Writes the record without checking its values; `None` when it does not fit.
 fn seal<'a>(record: &ParameterRecord, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
     let (header, rest) = buffer.split_first_chunk_mut::<HEADER>()?;
     let body = postcard::to_slice(record, rest).ok()?.len();
@@ -156,11 +156,11 @@ pub fn decode(bytes: &[u8]) -> Result<ParameterRecord, BadRecord> {
     Ok(ParameterRecord { node: node.get(), params })
 }
 
-/// Reads and checks the record at the beginning of `bytes`, its parameters into their place: on the chip no copy of
-/// them has to pass through the stack.
+/// Reads and checks the record at the beginning of `bytes`, its parameters straight into `params`: the chip needs no
+/// copy of them on its stack.
 ///
 /// # Errors
-/// As [`decode`]. What is in `params` then means nothing.
+/// As [`decode`]. The content of `params` is then meaningless.
 pub fn decode_into(bytes: &[u8], params: &mut Params) -> Result<NodeId, BadRecord> {
     let (header, rest) = bytes.split_first_chunk::<HEADER>().ok_or(BadRecord::Length)?;
     if *header == [0xFF; HEADER] {
@@ -193,8 +193,7 @@ pub fn decode_into(bytes: &[u8], params: &mut Params) -> Result<NodeId, BadRecor
     Ok(node)
 }
 
-/// Whether `bytes` begin with a record of this [`VERSION`] in which no byte has changed since it was written; what it holds
-/// is not looked at.
+/// Whether `bytes` begin with a record of this [`VERSION`] with a correct CRC; its values are not checked.
 pub fn is_whole(bytes: &[u8]) -> bool {
     let whole = |bytes: &[u8]| {
         let (covered, crc) = bytes.get(..length(bytes)?)?.split_last_chunk::<TRAILER>()?;
@@ -204,8 +203,8 @@ pub fn is_whole(bytes: &[u8]) -> bool {
     whole(bytes).unwrap_or(false)
 }
 
-/// Length of the record at the beginning of `bytes`, header and CRC included; read only, nothing is checked but that
-/// it lies within `bytes` and begins with [`MAGIC`].
+/// Length of the record at the beginning of `bytes`, header and CRC included. Checks only that it lies within `bytes`
+/// and begins with [`MAGIC`].
 pub fn length(bytes: &[u8]) -> Option<usize> {
     let (header, _) = bytes.split_first_chunk::<HEADER>()?;
     let [m0, m1, m2, m3, _, _, l0, l1] = *header;
@@ -213,10 +212,10 @@ pub fn length(bytes: &[u8]) -> Option<usize> {
     ([m0, m1, m2, m3] == MAGIC && length <= bytes.len()).then_some(length)
 }
 
-/// What tells one parameter image from another: CRC-32 of the record's body, so of everything that the block knows.
+/// Hash that identifies a parameter image: CRC-32 of the record's body, so of all parameters.
 ///
-/// Sent once a second by a block that runs it ([`state`](mod@crate::state)). `None` of bytes that begin with no record;
-/// that the record is sound is for [`decode`] to say. Never 0, which stands for a block without a record.
+/// A block sends the hash of its image once a second ([`state`](mod@crate::state)). `None` if `bytes` begin with no
+/// record; whether the record is sound, [`decode`] checks. Never 0, which stands for a block without a record.
 pub fn image_hash(bytes: &[u8]) -> Option<u32> {
     let body = bytes.get(HEADER..length(bytes)? - TRAILER)?;
     Some(CRC32.checksum(body).max(1))
@@ -233,7 +232,7 @@ mod tests {
 
     const RECORD: ParameterRecord = ParameterRecord { node: 5, params: Params::ZHOU_2023 };
 
-    /// A block with everything that it can run beside the law.
+    /// A block with all left-out mechanisms that it can run.
     fn augmented() -> ParameterRecord {
         let mut record = RECORD;
         let own = &mut record.params.left_out;
@@ -262,7 +261,7 @@ mod tests {
         encode(record, &mut [0; MAX_SIZE]).unwrap().to_vec()
     }
 
-    /// The record around any body, CRC and all.
+    /// A record around any body, with its CRC.
     fn around(version: u16, body: &[u8]) -> Vec<u8> {
         let mut bytes = Vec::from(MAGIC);
         bytes.extend(version.to_le_bytes());
@@ -348,7 +347,7 @@ mod tests {
             let bytes = bytes(&of());
             for length in 0..bytes.len() {
                 assert_eq!(decode(&bytes[..length]), Err(BadRecord::Length), "{length}");
-                // as a download that broke off leaves it: erased flash from there on
+                // as an interrupted download leaves it: erased flash from there on
                 let mut flash = bytes[..length].to_vec();
                 flash.resize(1024, 0xFF);
                 let expected = match length {

@@ -1,4 +1,4 @@
-//! The sender's side: what the block knows, as frames.
+//! The sender's side: encoding of all cyclic frames.
 
 use crate::frame::Kind;
 use crate::{
@@ -8,9 +8,9 @@ use model_core::consistency::Verdict;
 use model_core::ripple::Ripple;
 use model_core::sample::{Estimate, Reasons};
 
-/// Turns what one block knows into frames; owns the alive counters.
+/// Makes the frames of one block; owns the alive counters.
 ///
-/// A counter moves on with every frame made, sent or not: a frame that found no free mailbox shows as a step
+/// A counter advances with every frame made, sent or not: a frame that found no free mailbox shows as a step
 /// of two at the receiver.
 #[derive(Clone, Debug)]
 pub struct Publisher {
@@ -66,13 +66,13 @@ impl Publisher {
         misfit::encode(identifier, counter, verdict, tick)
     }
 
-    /// What acts beside the drag law, see [`acting`](mod@crate::acting).
+    /// Mechanisms that act beside the drag law, see [`acting`](mod@crate::acting).
     pub fn acting(&mut self, beside: &Beside) -> RawFrame {
         let (identifier, counter) = self.next(Kind::Acting);
         acting::encode(identifier, counter, beside)
     }
 
-    /// What the block works with, see [`state`](mod@crate::state).
+    /// Parameter image in use and changes made, see [`state`](mod@crate::state).
     pub fn state(&mut self, workings: &Workings) -> RawFrame {
         let (identifier, counter) = self.next(Kind::State);
         state::encode(identifier, counter, workings)
@@ -108,7 +108,7 @@ mod tests {
         let beside = Beside { acting: Acting::NONE, record: true, calibrated: true };
         let mut publisher = Publisher::new(node);
         assert_eq!(publisher.node(), node);
-        // one kind runs ahead: the others must not notice
+        // one kind runs ahead: this must not affect the others
         publisher.ripple(None, 0.0143);
         for round in 0..40 {
             let frames = [

@@ -1,19 +1,19 @@
-//! Why a frame is not taken.
+//! Reasons to reject a frame.
 
-/// Why a frame, or a counter, is not taken, and what to do about it.
+/// Why a frame, or a counter, is rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reject {
     /// No guide block sends this identifier.
     UnknownIdentifier(u16),
-    /// The identifier is one of ours but for its node, 0.
+    /// The identifier is one of a guide block but for its node, 0.
     NodeRange,
-    /// The frame has so many data bytes instead of 8.
+    /// The frame has this many data bytes instead of 8.
     Length(usize),
     /// The CRC in byte 7 does not belong to identifier and data.
     Crc {
-        /// CRC of what came.
+        /// CRC computed from the frame received.
         expected: u8,
-        /// Byte 7 of what came.
+        /// Byte 7 of the frame received.
         found: u8,
     },
     /// The field holds a code that has no meaning.
@@ -28,7 +28,7 @@ pub enum Reject {
         /// Name of the field, as on the page of its frame.
         field: &'static str,
     },
-    /// The alive counter stands where it stood: the frame is a copy, or the sender hangs.
+    /// The alive counter has not moved on: the frame is a copy, or the sender hangs.
     RepeatedCounter(u8),
 }
 

@@ -1,4 +1,4 @@
-//! The ripple frame, `0x380 + n`: how the drag force goes up and down as balls enter the loaded zone.
+//! The ripple frame, `0x380 + n`: ripple of the drag force as balls enter the loaded zone.
 //!
 //! ```text
 //! byte  0          2           4          6                  7
@@ -9,7 +9,7 @@
 //!      +----------+-----------+----------+---------+--------+-----+
 //! ```
 //!
-//! Amplitude and phase come together, once enough travel has shown them.
+//! Amplitude and phase become available together, after enough travel.
 
 use crate::frame::{self, LENGTH, RawFrame};
 use crate::{Reject, number};
@@ -25,7 +25,7 @@ const PHASE_PER_RAD: f32 = 10_000.0;
 /// Counts per metre.
 const WAVELENGTH_PER_M: f32 = 1e6;
 
-/// What a ripple frame says.
+/// Content of a ripple frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RippleMessage {
     /// Amplitude of the drag force's ripple, N (half of peak to peak), to 0.001; 65.531 stands for that and more.

@@ -1,4 +1,4 @@
-//! The state frame, `0x680 + n`: what the block works with, and what has been changed on it.
+//! The state frame, `0x680 + n`: the parameter image in use, and changes made on the block.
 //!
 //! ```text
 //! byte  0              4         6                                         7
@@ -8,15 +8,15 @@
 //!      +--------------+---------+------+----------+--------+--------+-----+
 //! ```
 //!
-//! Sent every second, and at once when anything in it changes: whoever listens sees that somebody has unlocked a
-//! block, changed something on it, or given it other parameters. The count stops at 65535.
+//! Sent every second, and at once when anything in it changes, so that every listener sees when a block is unlocked,
+//! changed, or given other parameters. The count stops at 65535.
 
 use crate::Reject;
 use crate::frame::{self, LENGTH, RawFrame};
 use crate::service::LimitState;
 use serde::{Deserialize, Serialize};
 
-/// What a block works with.
+/// What the firmware sends in a state frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Workings {
     /// Hash of the active parameter image; 0: none, the built-in parameters.
@@ -25,13 +25,13 @@ pub struct Workings {
     pub changes: u32,
     /// On which side of its limits the preload lies.
     pub limits: LimitState,
-    /// Whether the block takes changes.
+    /// Whether the block accepts changes.
     pub unlocked: bool,
     /// Whether a burst is under way.
     pub bursting: bool,
 }
 
-/// What a state frame says.
+/// Content of a state frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StateMessage {
     /// Hash of the active parameter image; 0: none, the built-in parameters.
@@ -40,7 +40,7 @@ pub struct StateMessage {
     pub changes: u16,
     /// On which side of its limits the preload lies.
     pub limits: LimitState,
-    /// Whether the block takes changes.
+    /// Whether the block accepts changes.
     pub unlocked: bool,
     /// Whether a burst is under way.
     pub bursting: bool,

@@ -1,4 +1,4 @@
-//! Segments and askings as frames.
+//! Burst segments and asking frames: encoding and decoding.
 
 use super::{ASK_BASE, DATA_BASE};
 use crate::Reject;
@@ -13,7 +13,7 @@ pub const FD_SEGMENTS: usize = 10;
 /// Bytes of an FD frame.
 pub const FD_LENGTH: usize = 64;
 
-/// Sequence numbers count so far.
+/// Number of sequence numbers: they count modulo this.
 pub(crate) const MODULUS: u8 = 128;
 
 /// Bit of byte 6 that marks the first segment of a record.
@@ -39,10 +39,10 @@ pub struct FdFrame {
     pub data: [u8; FD_LENGTH],
 }
 
-/// How far the desk is.
+/// Content of an asking frame: how far the desk has received a burst.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Asking {
-    /// The first segment that is not there yet.
+    /// Sequence number of the first segment that has not arrived yet.
     pub next: u8,
     /// Segments to be sent again: bit i stands for `next + i`. 40 bits.
     pub missing: u64,

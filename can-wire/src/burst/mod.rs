@@ -1,9 +1,9 @@
-//! Bursts: every sample as the converters delivered it, over the bus, without loss.
+//! Bursts: all raw samples of a period, sent over the bus without loss.
 //!
 //! A block keeps its newest raw samples in a ring in memory. A burst of N blocks (10 ms each, some of them already
 //! past when it starts) is packed without loss ([`pack`]), cut into segments of six bytes, numbered, and sent
-//! from `0x480 + n`, one segment a frame. The desk says on `0x500 + n` up to where it has everything and what
-//! it lacks; the block keeps each segment until then.
+//! from `0x480 + n`, one segment a frame. The desk reports on `0x500 + n` up to where it has everything and what
+//! it lacks; the block keeps each segment until it is reported as received.
 //!
 //! ```text
 //! data, 0x480 + n, block to desk
@@ -29,15 +29,15 @@
 //!      +--------------------+----------+------------------------+-----+
 //! ```
 //!
-//! The CRC is that of all frames. `begins` marks the first segment of a record, so that whoever comes late finds
-//! the next one. A burst starts at sequence 0 with a header, ends with a trailer that holds the CRC-32 of all
+//! The CRC is the one of all frames. `begins` marks the first segment of a record, so that a receiver that joins late
+//! finds the next one. A burst starts at sequence 0 with a header, ends with a trailer that holds the CRC-32 of all
 //! segments before it, and has blocks in between ([`Record`]). At most [`WINDOW`] segments are under way.
 //!
-//! **What the identifiers are**: those of CANopen's fourth pair of process data, below everything cyclic but
-//! above service answers and heartbeats, and never more of the bus than the load limit, a fifth as delivered
-//! (object 2007.3). A bus that is off, or a desk that is slow, costs time; a ring that is full meanwhile
-//! leaves blocks out, which their ticks and the trailer tell. What has been numbered arrives or the burst ends.
-//! A burst that is no longer than the ring is therefore always whole.
+//! **Identifiers and bus load**: the identifiers are those of CANopen's fourth pair of process data, in priority below
+//! everything cyclic but above service answers and heartbeats. Bursts never take more of the bus than the load limit, a
+//! fifth as delivered (object 2007.3). A bus-off or a slow desk costs time; a ring that fills up meanwhile leaves
+//! blocks out, which shows in their ticks and in the trailer. A segment that has been numbered arrives, or the burst
+//! ends. A burst that is no longer than the ring is therefore always whole.
 
 pub mod frames;
 pub mod pack;
@@ -50,17 +50,17 @@ pub use pack::{Cause, Header, Record, Trailer};
 pub use receiver::Receiver;
 pub use sender::{Sender, State};
 
-/// Where segments come from, without the node.
+/// Identifier of segments, without the node.
 pub const DATA_BASE: u16 = 0x480;
 
-/// Where asking goes to, without the node.
+/// Identifier of asking frames, without the node.
 pub const ASK_BASE: u16 = 0x500;
 
 /// Segments that may be under way: as many as one asking frame can name.
 pub const WINDOW: usize = 40;
 
-/// Bits of a frame with eight bytes and an 11-bit identifier, with the most stuff bits there can be and the pause
-/// behind it.
+/// Bits of a frame with eight bytes and an 11-bit identifier, with the largest number of stuff bits and the interframe
+/// space behind it.
 pub const FRAME_BITS: u32 = 135;
 
 /// What a burst is to hold.
@@ -68,14 +68,14 @@ pub const FRAME_BITS: u32 = 135;
 pub struct Order {
     /// Blocks of 10 ms in all.
     pub blocks: u16,
-    /// Blocks of them that have already been sampled, as far as the ring still has them; at most 32767.
+    /// How many of these have already been sampled, as far as the ring still has them; at most 32767.
     pub past: u16,
-    /// Whether somebody asks for what got lost. Otherwise every segment is sent once.
+    /// Whether a desk sends asking frames for what got lost. Otherwise every segment is sent once.
     pub asked: bool,
 }
 
 impl Order {
-    /// Bit of an order that nobody asks for.
+    /// Bit that marks an order without asking frames.
     const UNASKED: u32 = 1 << 31;
 
     /// Reads the value of object 2007.1.

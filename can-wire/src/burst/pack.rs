@@ -1,6 +1,6 @@
-//! Records of a burst as bytes, without loss.
+//! Lossless packing of the records of a burst.
 //!
-//! Bits fill bytes from the lowest up. The first two bits tell the kind; what is left of the last segment is 0.
+//! Bits fill bytes from the lowest up. The first two bits give the kind; unused bits of the last segment are 0.
 //!
 //! ```text
 //! block    2 bits: 0 | tick 32 | first force, temperature, position, step 16 each | widths f, t, p 5 each |
@@ -32,20 +32,20 @@ pub(crate) const END_SEGMENTS: usize = 2;
 /// Bits of a block before its differences.
 const BLOCK_HEAD: usize = 2 + 32 + 4 * 16 + 3 * 5;
 
-/// Differences of positions that are written: the first step is written whole.
+/// Differences of position steps that are written: the first step is written whole.
 const STEPS: usize = SAMPLES_PER_BLOCK - 2;
 
 /// Why a burst was started.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Cause {
-    /// Somebody asked for it.
+    /// A client ordered it.
     Command = 0,
     /// The block noticed that its model does not fit.
     Notice = 1,
 }
 
-/// What stands before the blocks.
+/// Record before the blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
     /// Counts the bursts of a block, modulo 256.
@@ -54,24 +54,24 @@ pub struct Header {
     pub cause: Cause,
     /// Blocks ordered.
     pub blocks: u16,
-    /// Blocks of them that were past when it started.
+    /// How many of these were already sampled when it started.
     pub past: u16,
     /// Hash of the parameter image the block worked with.
     pub image: u32,
 }
 
-/// What stands behind the blocks.
+/// Record after the blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Trailer {
     /// Blocks sent.
     pub blocks: u16,
-    /// Blocks that found no room in the ring; 65535: that and more.
+    /// Blocks that found no room in the ring; 65535 stands for that and more.
     pub dropped: u16,
     /// CRC-32 of all segments before the trailer.
     pub crc: u32,
 }
 
-/// A piece of a burst that has a meaning.
+/// A unit of meaning in a burst.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Record {
     /// The beginning.
@@ -100,7 +100,7 @@ impl Packed {
         segments.get(..self.bits.div_ceil(8 * SEGMENT)).unwrap_or_default()
     }
 
-    /// Appends the lowest `width` bits, at most 16. Not inlined: there would be thirty copies of it in the image.
+    /// Appends the lowest `width` bits, at most 16. Not inlined: the firmware would hold thirty copies of it.
     #[inline(never)]
     fn put(&mut self, value: u16, width: u32) {
         let shifted = u32::from(value) << (self.bits % 8);
@@ -166,9 +166,9 @@ pub fn pack_trailer(trailer: &Trailer) -> Packed {
     packed
 }
 
-/// Reads a record from the segments that have come of it so far.
+/// Reads a record from those of its segments that have arrived so far.
 ///
-/// `None` while some are lacking. `Some(None)` for what is no record of this version.
+/// `None` while segments are missing, `Some(None)` if they are no record of this version.
 pub fn unpack(bytes: &[u8]) -> Option<Option<Record>> {
     let mut bits = Bits { bytes, at: 0 };
     match bits.take(2)? {
@@ -264,7 +264,7 @@ fn unfold(folded: u16) -> u16 {
     folded >> 1 ^ sign
 }
 
-/// Bits of the widest.
+/// Bits of the widest number.
 fn width(folded: &[u16]) -> u32 {
     16 - folded.iter().fold(0, |all, d| all | d).leading_zeros()
 }
@@ -276,7 +276,7 @@ struct Bits<'a> {
 }
 
 impl Bits<'_> {
-    /// `None` behind the end, and for more than 16 bits.
+    /// The next `width` bits; `None` beyond the end, and for more than 16 bits.
     fn take(&mut self, width: u16) -> Option<u16> {
         let end = self.at + usize::from(width);
         if width > 16 || end > 8 * self.bytes.len() {

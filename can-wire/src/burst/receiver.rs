@@ -7,26 +7,26 @@ use crate::Reject;
 use crate::checksum;
 use crate::frame::{NodeId, RawFrame};
 
-/// Places for segments that came before their turn; numbers further ahead than this are behind.
+/// Places for segments that arrive out of order; a number further ahead than this counts as an old one.
 const PLACES: u8 = MODULUS / 2;
 
-/// Segments after which the desk says how far it is.
+/// Segments after which the desk sends an asking frame.
 const ASK_EVERY: u8 = 8;
 
 /// Puts the segments of one block's bursts in order and reads their records.
 ///
-/// It may also just listen, to a log or beside another desk: what the sender does not send again any more is
-/// then counted as lost, and reading goes on with the next record.
+/// It may also just listen, to a log or beside another desk: a segment that the sender can no longer repeat is then
+/// counted as lost, and reading goes on with the next record.
 #[derive(Clone, Debug)]
 pub struct Receiver {
     node: NodeId,
     /// segments by their number modulo [`PLACES`]
     places: [Option<Segment>; PLACES as usize],
-    /// the segment that is read next
+    /// number of the segment that is read next
     next: u8,
-    /// the number behind the highest seen
+    /// one more than the highest number seen
     end: u8,
-    /// segments before this one that are not there are lost
+    /// segments before this number that have not arrived are lost
     floor: u8,
     /// number of the burst, once its header has come
     number: Option<u8>,
@@ -38,7 +38,7 @@ pub struct Receiver {
     crc_before_record: Option<u32>,
     lost: u32,
     lost_before: u32,
-    /// the header of the next burst, while what there is of the last one is read
+    /// header of the next burst, while the rest of the last one is read
     following: Option<Segment>,
     ended: bool,
     intact: bool,
@@ -71,7 +71,7 @@ impl Receiver {
         }
     }
 
-    /// Segments that are lost for good, of all bursts so far; none ever is where somebody asks for them in time.
+    /// Segments lost for good, of all bursts so far; always 0 where a desk asks for them in time.
     pub fn lost(&self) -> u32 {
         self.lost
     }
@@ -86,7 +86,7 @@ impl Receiver {
         self.ended && self.intact
     }
 
-    /// Takes a frame. [`next_record`](Self::next_record) should be asked afterwards until it has no more.
+    /// Takes a frame. Call [`next_record`](Self::next_record) afterwards until it has no more.
     ///
     /// # Errors
     /// Those of [`Segment::decode`], and [`Reject::UnknownIdentifier`] for another node; nothing is changed then.
@@ -112,7 +112,7 @@ impl Receiver {
         Ok(())
     }
 
-    /// The next record in order, as far as it has come.
+    /// The next record in order, if it has arrived.
     pub fn next_record(&mut self) -> Option<Record> {
         loop {
             let place = self.places.get_mut(usize::from(self.next % PLACES))?;
@@ -139,13 +139,13 @@ impl Receiver {
         self.floor = self.end;
     }
 
-    /// Whether it is time to say how far the desk is. Beside this, a desk says so 20 ms after it last did, as long
-    /// as a burst is under way: its words may have got lost.
+    /// Whether an asking frame is due. Beside this, a desk sends one 20 ms after the last, as long as a burst is under
+    /// way: the last one may have got lost.
     pub fn ask_due(&self) -> bool {
         self.number.is_some() && (self.since_asked >= ASK_EVERY || self.ended && self.since_asked > 0)
     }
 
-    /// How far the desk is and what it lacks. `None` before a header has come.
+    /// Asking frame: how far the desk has received and what it lacks. `None` before a header has arrived.
     pub fn ask(&mut self) -> Option<RawFrame> {
         let number = self.number? & 0xF;
         let known = ahead(self.next, self.end).min(WINDOW as u8);
@@ -169,7 +169,7 @@ impl Receiver {
             && self.number != Some(number)
         {
             if self.is_under_way() {
-                // nothing of the last one is sent any more
+                // nothing of the last burst is sent any more
                 self.give_up();
                 self.following = Some(segment);
                 return;
@@ -181,7 +181,7 @@ impl Receiver {
             return;
         }
         if usize::from(distance) >= WINDOW {
-            // the sender keeps no more than a window
+            // the sender keeps no more than one window of segments
             self.floor = segment.sequence.wrapping_sub(WINDOW as u8 - 1) % MODULUS;
         }
         if distance >= ahead(self.next, self.end) {
@@ -192,7 +192,7 @@ impl Receiver {
         }
     }
 
-    /// Another burst. What came before its header may be of the burst before: it is asked for again.
+    /// Another burst begins. What arrived before its header may belong to the burst before: it is asked for again.
     fn begin(&mut self, number: u8) {
         let end = if self.number.is_none() && self.next == 0 { self.end } else { 0 };
         let (counter, lost) = (self.counter, self.lost);
@@ -206,7 +206,7 @@ impl Receiver {
         self.next = (self.next + 1) % MODULUS;
     }
 
-    /// A segment is lost, or means nothing.
+    /// A segment is lost or unreadable.
     fn stray(&mut self) {
         self.lost = self.lost.saturating_add(1);
         (self.astray, self.partial_length) = (true, 0);

@@ -1,4 +1,4 @@
-//! Segments in a ring, whole records at a time.
+//! Ring of segments that takes and drops whole records.
 
 use super::frames::SEGMENT;
 use super::pack::{END_SEGMENTS, Packed};
@@ -23,12 +23,12 @@ impl<const N: usize> Ring<N> {
         self.length
     }
 
-    /// Records of which the first segment is in it.
+    /// Number of records whose first segment is in it.
     pub(crate) fn records(&self) -> u16 {
         self.records
     }
 
-    /// Segments it still takes.
+    /// Number of segments that still fit.
     pub(crate) fn room(&self) -> usize {
         N - self.length
     }
@@ -42,7 +42,7 @@ impl<const N: usize> Ring<N> {
         Some((*self.begins.get(at)?, *self.bytes.get(at)?))
     }
 
-    /// Puts a record at the end; `false`, and nothing is changed, without room.
+    /// Puts a record at the end; without room returns `false` and changes nothing.
     #[inline(never)]
     pub(crate) fn push(&mut self, record: &Packed) -> bool {
         let segments = record.segments();
@@ -57,7 +57,7 @@ impl<const N: usize> Ring<N> {
         true
     }
 
-    /// Puts a header before the oldest segment, in place of the oldest records where there is no room.
+    /// Puts a header before the oldest segment; where there is no room, it replaces the oldest records.
     pub(crate) fn lead(&mut self, header: &Packed) {
         while self.room() < END_SEGMENTS {
             self.drop_record();

@@ -10,13 +10,13 @@ use crate::Reject;
 use crate::checksum;
 use crate::frame::{NodeId, RawFrame};
 
-/// Without progress for so long the oldest segment is sent again, ms.
+/// Time without progress after which the oldest segment is sent again, ms.
 const PROBE_MS: u32 = 100;
 
-/// Probes without an answer before a burst is given up: half a minute in which the bus took them.
+/// Repetitions without an answer before a burst is given up: half a minute in which the bus took them.
 const PROBES: u16 = 300;
 
-/// What a burst is at; the number is the value of object 2007.2.
+/// Phase of a burst; the number is the value of object 2007.2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum State {
@@ -28,8 +28,8 @@ pub enum State {
     Sending = 2,
 }
 
-/// The ring of a block and the burst that is sent from it. `N` segments, about 8 bytes of memory each; 5 of them
-/// hold 10 ms in motion.
+/// The ring of a block and the burst that is sent from it. `N` segments, about 8 bytes of memory each; 5 segments hold
+/// 10 ms of motion.
 #[derive(Clone, Debug)]
 pub struct Sender<const N: usize> {
     node: NodeId,
@@ -37,16 +37,16 @@ pub struct Sender<const N: usize> {
     state: State,
     order: Order,
     number: u8,
-    /// blocks of this burst in the ring or past it
+    /// blocks of this burst that are or were in the ring
     recorded: u16,
     dropped: u32,
-    /// over all segments before the trailer
+    /// CRC-32 of all segments before the trailer
     crc: u32,
     /// sequence number of the oldest segment in the ring
     base: u8,
-    /// segments from the oldest on that have been sent
+    /// number of segments, from the oldest on, that have been sent
     sent: usize,
-    /// of these, to be sent again: bit i is the i-th oldest
+    /// those of them to be sent again: bit i is the i-th oldest
     again: u64,
     /// when a segment was sent or arrived last, ms
     quiet_since_ms: u32,
@@ -54,7 +54,7 @@ pub struct Sender<const N: usize> {
 }
 
 impl<const N: usize> Sender<N> {
-    /// An empty ring. `number` is that of the first burst; a block that has started anew begins elsewhere, so
+    /// An empty ring. `number` is that of the first burst; after a restart a block begins with another number, so
     /// that nobody takes its first burst for the rest of the last one.
     pub const fn new(node: NodeId, number: u8) -> Self {
         const { assert!(N >= MAX_SEGMENTS + 2 * END_SEGMENTS + WINDOW, "no room for a window and a block") };
@@ -75,7 +75,7 @@ impl<const N: usize> Sender<N> {
         }
     }
 
-    /// What the burst is at.
+    /// Phase of the burst.
     pub fn state(&self) -> State {
         self.state
     }
@@ -85,7 +85,8 @@ impl<const N: usize> Sender<N> {
         self.dropped
     }
 
-    /// Takes the newest samples. While no burst is under way the oldest ones make room; a burst keeps what it has.
+    /// Takes the newest samples. While no burst is under way they displace the oldest ones; while one is recorded a
+    /// block without room is dropped.
     #[inline(never)]
     pub fn append(&mut self, block: &RawBlock) {
         let packed = pack::pack_block(block);
@@ -113,7 +114,7 @@ impl<const N: usize> Sender<N> {
         }
     }
 
-    /// Starts a burst; `false`, and nothing happens, while one is under way or when no blocks are ordered.
+    /// Starts a burst; returns `false` and does nothing while one is under way or when no blocks are ordered.
     #[inline(never)]
     pub fn start(&mut self, order: Order, cause: Cause, image: u32, now_ms: u32) -> bool {
         if self.state != State::Idle || order.blocks == 0 {
@@ -146,7 +147,7 @@ impl<const N: usize> Sender<N> {
         true
     }
 
-    /// Ends the burst: what is in the ring is still sent. Asked for a second time, nothing is.
+    /// Ends the burst: what is in the ring is still sent. A second call drops that, too.
     pub fn end(&mut self) {
         match self.state {
             State::Idle => {}
@@ -162,7 +163,7 @@ impl<const N: usize> Sender<N> {
         Some(segment.encode(self.node))
     }
 
-    /// As [`next`](Self::next), as many at once as an FD frame holds.
+    /// As [`next`](Self::next), with as many segments as an FD frame holds.
     pub fn next_fd(&mut self, now_ms: u32) -> Option<FdFrame> {
         let mut bundle = [Segment::default(); FD_SEGMENTS];
         let (first, segment) = self.pick(now_ms)?;
@@ -182,11 +183,11 @@ impl<const N: usize> Sender<N> {
         Some(FdFrame::encode(self.node, bundle.get(..count).unwrap_or_default()))
     }
 
-    /// Takes what the desk says about the burst; frames of other kinds and nodes are no concern of this.
+    /// Takes an asking frame of the desk; frames of other kinds and nodes are refused.
     ///
     /// # Errors
-    /// Those of [`Asking::decode`], and [`Reject::Contradiction`] when it speaks of another burst or of segments
-    /// that were never sent. Nothing is changed then.
+    /// Those of [`Asking::decode`], [`Reject::UnknownIdentifier`] for another node, and [`Reject::Contradiction`] for
+    /// another burst or for segments that were never sent. Nothing is changed then.
     #[inline(never)]
     pub fn asked(&mut self, frame: &RawFrame, now_ms: u32) -> Result<(), Reject> {
         let (node, asking) = Asking::decode(frame.id, &frame.data)?;
@@ -200,7 +201,7 @@ impl<const N: usize> Sender<N> {
         self.release(ahead);
         self.again |= asking.missing & ((1 << self.sent) - 1);
         self.probes = 0;
-        // an asking that gets on with nothing may come from a desk that does not know of the last segments
+        // an asking frame without progress may come from a desk that has not seen the last segments
         if ahead > 0 || self.again != 0 {
             self.quiet_since_ms = now_ms;
         }
@@ -253,7 +254,7 @@ impl<const N: usize> Sender<N> {
         self.sent = self.sent.max(distance + 1);
     }
 
-    /// Lets go of what nobody will ask for.
+    /// Forgets sent segments that nobody will ask for.
     fn let_go(&mut self) {
         if !self.order.asked {
             self.release(self.sent);
@@ -279,7 +280,7 @@ impl<const N: usize> Sender<N> {
         if self.ring.push(&pack::pack_trailer(&trailer)) {
             self.state = State::Sending;
         } else {
-            // the place was kept free; should it not be, no burst is better than one without an end
+            // room for it was kept free; should there be none, no burst is better than one without an end
             self.forget();
         }
     }

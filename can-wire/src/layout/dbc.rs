@@ -1,4 +1,4 @@
-//! The table as a DBC.
+//! DBC file from the layout table.
 
 use super::{EXCHANGES, MESSAGES, Signal};
 use crate::frame::NodeId;

@@ -1,4 +1,4 @@
-//! Frames that come when somebody asks: bursts and service messages.
+//! Layout of frames that are sent on request: bursts and service messages.
 
 use super::Signal;
 use super::table::{COUNTER, CRC, whole};
@@ -14,7 +14,7 @@ pub struct ExchangeLayout {
     pub name: &'static str,
     /// What it is for.
     pub comment: &'static str,
-    /// Whether the block sends it; otherwise whoever speaks to the block does.
+    /// Whether the block sends it; otherwise its client does.
     pub from_block: bool,
     /// Its signals by rising start bit.
     pub signals: &'static [Signal],

@@ -1,4 +1,4 @@
-//! The layout of all frames as one table: what the DBC, the documentation and the cross-checks come from.
+//! Layout of all frames as one table: the source of the DBC, the documentation and the cross-checks.
 //!
 //! Little-endian only, no floating-point and no multiplexed signals: several DBC tools get those wrong.
 //! Every offset is 0. Bits that no signal covers are 0. Texts are ASCII without quotes, as DBC wants them.
@@ -38,9 +38,9 @@ pub struct Signal {
     pub start_bit: u8,
     /// Number of bits.
     pub length: u8,
-    /// Two's complement.
+    /// Whether it is signed, in two's complement.
     pub signed: bool,
-    /// Raw to physical.
+    /// Factor from raw to physical.
     pub scale: Scale,
     /// Physical unit; empty for codes and counts.
     pub unit: &'static str,
@@ -59,7 +59,7 @@ pub struct Signal {
 pub struct Scale {
     /// Whole number.
     pub factor: u16,
-    /// Places to shift it by, up to 9.
+    /// Decimal places to shift it right by, up to 9.
     pub decimals: u8,
 }
 
@@ -111,7 +111,7 @@ mod tests {
             self.0 % n
         }
 
-        /// A raw number of the signal: often one of its limits or codes.
+        /// A random raw number of the signal: often one of its limits or codes.
         fn raw(&mut self, signal: &Signal) -> i64 {
             let span = u64::try_from(signal.raw_max - signal.raw_min).unwrap() + 1;
             match self.below(4) {
@@ -193,7 +193,7 @@ mod tests {
                 }
                 let mut frame = seal(layout.kind.identifier(node), &data.to_le_bytes());
                 if layout.kind == Kind::Fault {
-                    // code, register and reasons hang together: random ones would never be taken
+                    // code, register and reasons depend on each other: random ones would never be accepted
                     let reasons = Reasons::from_bits((data >> 24) as u16);
                     frame = Publisher::new(node).fault(reasons, random.below(300).try_into().unwrap());
                 }

@@ -1,4 +1,4 @@
-//! The table itself.
+//! The layout table of all cyclic frames.
 
 use super::{MessageLayout, Scale, Signal};
 use crate::acting::Source;
@@ -211,7 +211,7 @@ pub(super) const fn whole(name: &'static str, start_bit: u8, length: u8, comment
     }
 }
 
-/// Half a byte.
+/// An unsigned code of four bits.
 const fn code(name: &'static str, start_bit: u8, comment: &'static str) -> Signal {
     whole(name, start_bit, 4, comment)
 }

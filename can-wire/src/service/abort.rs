@@ -1,6 +1,6 @@
-//! Why a request was refused: the abort codes of CiA 301 that a block uses.
+//! Abort codes of CiA 301 that a block uses: why a request was refused.
 
-/// A reason for refusal. Its number is what stands in bytes 4 to 7 of the answer.
+/// A reason for refusal. Its number stands in bytes 4 to 7 of the answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Abort {
@@ -14,7 +14,7 @@ pub enum Abort {
     ReadOnly = 0x0601_0002,
     /// There is no such object.
     NoObject = 0x0602_0000,
-    /// The value contradicts another one, as a warning beyond its alarm does.
+    /// The value contradicts another one, such as a warning limit beyond the alarm limit.
     Incompatible = 0x0604_0043,
     /// The length is not the object's, or not what was announced.
     Length = 0x0607_0010,
@@ -24,7 +24,7 @@ pub enum Abort {
     TooShort = 0x0607_0013,
     /// The object has no such part.
     NoSubindex = 0x0609_0011,
-    /// The value is none of those that mean something, or a wrong key or CRC.
+    /// The value is undefined, or a wrong key or CRC.
     Value = 0x0609_0030,
     /// The value is too large.
     TooHigh = 0x0609_0031,

@@ -1,4 +1,4 @@
-//! The desk's side: requests as frames, and what an answer says.
+//! The desk's side: requests as frames, and decoding of the answers.
 
 use super::objects::{Object, Type};
 use super::request::{self, message};
@@ -8,14 +8,14 @@ use crate::frame::{NodeId, RawFrame};
 /// Bytes of an image in one segment.
 pub const SEGMENT: usize = 7;
 
-/// What an answer says.
+/// Content of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reply {
     /// The value of the object that was read.
     Value(u32),
-    /// The write was taken, or the image begun.
+    /// The write was accepted, or the image begun.
     Taken,
-    /// The segment with this toggle bit was taken.
+    /// The segment with this toggle bit was accepted.
     SegmentTaken(bool),
     /// Refused.
     Refused(Abort),
@@ -35,12 +35,12 @@ pub fn write(node: NodeId, object: &Object, value: u32) -> RawFrame {
     to(node, message(command, object.index, object.sub, value.to_le_bytes()))
 }
 
-/// Begins to send an image of so many bytes.
+/// Begins to send an image of `size` bytes.
 pub fn begin(node: NodeId, object: &Object, size: u32) -> RawFrame {
     to(node, message(0x21, object.index, object.sub, size.to_le_bytes()))
 }
 
-/// A part of an image: its first seven bytes, or all there are. `toggle` is false in the first part.
+/// A part of an image: the first seven of `bytes`, or all if there are fewer. `toggle` is false in the first part.
 pub fn segment(node: NodeId, bytes: &[u8], toggle: bool, last: bool) -> RawFrame {
     let mut data = [0; 8];
     let used = bytes.len().min(SEGMENT);
@@ -57,7 +57,7 @@ pub fn abort(node: NodeId, object: &Object) -> RawFrame {
     to(node, message(request::ABORT, object.index, object.sub, [0; 4]))
 }
 
-/// Reads an answer of `node` to a request about `object`; `None` for a frame that is none.
+/// Reads an answer of `node` to a request about `object`; `None` for any other frame.
 pub fn reply(node: NodeId, object: &Object, frame: &RawFrame) -> Option<Reply> {
     if frame.id != ANSWER_BASE + u16::from(node.get()) {
         return None;

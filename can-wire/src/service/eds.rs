@@ -1,4 +1,4 @@
-//! The table as an EDS (CiA 306), for masters that configure what they talk to.
+//! EDS file (CiA 306) from the object table, for masters that configure their devices.
 
 use super::objects::{self, OBJECTS, Object, RECORDS};
 use crate::frame::NodeId;

@@ -1,4 +1,4 @@
-//! Limits of the preload, and on which side of them it lies.
+//! Warning and alarm limits of the preload.
 
 use super::Abort;
 
@@ -20,7 +20,7 @@ pub struct Limits {
     pub alarm_above_n: Option<u16>,
 }
 
-/// Where the preload lies.
+/// Position of the preload relative to its limits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
 pub enum LimitState {
@@ -52,7 +52,7 @@ impl LimitState {
 }
 
 impl Limits {
-    /// None set.
+    /// No limit is set.
     pub const OFF: Limits = Limits { alarm_below_n: None, warn_below_n: None, warn_above_n: None, alarm_above_n: None };
 
     /// The limits from low to high.
@@ -60,7 +60,7 @@ impl Limits {
         [self.alarm_below_n, self.warn_below_n, self.warn_above_n, self.alarm_above_n]
     }
 
-    /// The limits of [`rising`](Self::rising).
+    /// The limits from a list as that of [`rising`](Self::rising).
     ///
     /// # Errors
     /// [`Abort::Incompatible`] when they do not rise, [`Abort::TooHigh`] for one that no preload can have.
@@ -79,7 +79,7 @@ impl Limits {
         Ok(Limits { alarm_below_n, warn_below_n, warn_above_n, alarm_above_n })
     }
 
-    /// Where a preload lies, N; without one, or without limits, nowhere.
+    /// Judges a preload, N; without a preload, or without limits, it is not judged.
     pub fn judge(&self, preload_n: Option<f32>) -> LimitState {
         let Some(preload_n) = preload_n.filter(|p| p.is_finite()) else { return LimitState::NotJudged };
         if *self == Limits::OFF {

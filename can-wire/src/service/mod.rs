@@ -1,4 +1,4 @@
-//! Service messages: ask a block what it is and set what may be set, one object at a time.
+//! Service messages: read a block's identity and state and write its settings, one object at a time.
 //!
 //! Laid out as CANopen's SDO (CiA 301), so that any CANopen master or PLC block can be used; the block claims
 //! no conformance beyond that. Requests go to `0x600 + n`, each is answered from `0x580 + n`, and there is one
@@ -22,18 +22,16 @@
 //! | abort | `0x80` | none | |
 //! | | | refused: [`Abort`] | `0x80` |
 //!
-//! **What is not taken changes nothing**: a request that is refused, for whatever reason, leaves the block as it
-//! was, an image that is being sent included, and is answered with an abort code. Not answered at all are frames
-//! with another identifier or another length, and an abort, which ends an image that is being sent.
-//! Bytes that a request does not use are not looked at.
+//! **A refused request changes nothing**: whatever the reason, it leaves the block as it was, an image that is being
+//! sent included, and is answered with an abort code. No answer is sent to frames with another identifier or another
+//! length, nor to an abort, which ends an image that is being sent. Bytes that a request does not use are ignored.
 //!
 //! **Who may write**: everything but the key and the burst order is read-only until the [key](server::Server)
-//! has been written, and again five minutes after the last write that was taken. Nothing but the key and
-//! the burst order is taken while the carriage moves or its motion is not known. Each write that was taken
-//! under the key counts as a change (object 2009.1).
+//! has been written, and again five minutes after the last accepted write. Nothing but the key and the burst order is
+//! accepted while the carriage moves or its motion is not known. Each write accepted under the key counts as a change
+//! (object 2009.1).
 //!
-//! [`OBJECTS`] is the one table of what can be asked and set: the server checks against it and the EDS is
-//! written from it.
+//! [`OBJECTS`] is the one table of all objects: the server checks against it and the EDS is written from it.
 
 mod abort;
 pub mod client;
@@ -53,8 +51,8 @@ pub use server::{Action, Answer, BlockState, Server};
 pub use settings::{BadSettings, Settings};
 pub use upload::{MAX_IMAGE, UploadState};
 
-/// Where requests go, without the node.
+/// Identifier of requests, without the node.
 pub const REQUEST_BASE: u16 = 0x600;
 
-/// Where answers come from, without the node.
+/// Identifier of answers, without the node.
 pub const ANSWER_BASE: u16 = 0x580;

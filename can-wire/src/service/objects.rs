@@ -1,10 +1,10 @@
-//! The table of everything that can be asked and set.
+//! The object table: everything that can be read and written.
 
 use super::upload::MAX_IMAGE;
 use Access::{Const, Read, ReadWrite, Write};
 use Type::{Domain, I16, U8, U16, U32};
 
-/// What an object is of, as CiA 301 numbers the types.
+/// Data type of an object, as CiA 301 numbers them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Type {
@@ -16,7 +16,7 @@ pub enum Type {
     U16 = 0x06,
     /// 4 bytes.
     U32 = 0x07,
-    /// Bytes without limit but the object's own; sent in segments.
+    /// Bytes, as many as the object allows; sent in segments.
     Domain = 0x0F,
 }
 
@@ -32,7 +32,7 @@ impl Type {
     }
 }
 
-/// Who may do what.
+/// Access of a client to an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
     /// Never changes.
@@ -41,7 +41,7 @@ pub enum Access {
     Read,
     /// Can be written.
     Write,
-    /// Both.
+    /// Can be read and written.
     ReadWrite,
 }
 
@@ -67,7 +67,7 @@ impl Access {
     }
 }
 
-/// What an object holds.
+/// Content of an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the comment of each stands in the table")]
 pub enum Field {
@@ -113,19 +113,19 @@ pub enum Field {
 /// One object.
 #[derive(Clone, Copy, Debug)]
 pub struct Object {
-    /// Its place in the dictionary.
+    /// Index in the object dictionary.
     pub index: u16,
-    /// Its part; 0 where it has none.
+    /// Subindex; 0 where the object has no parts.
     pub sub: u8,
     /// What it holds.
     pub field: Field,
     /// Type of its value.
     pub kind: Type,
-    /// Who may do what.
+    /// Access of a client.
     pub access: Access,
-    /// Smallest value that is taken.
+    /// Smallest value that is accepted.
     pub low: u32,
-    /// Largest value that is taken; for a domain, its bytes.
+    /// Largest value that is accepted; for a domain, its largest length in bytes.
     pub high: u32,
 }
 
@@ -141,16 +141,16 @@ impl Object {
     }
 }
 
-/// Written to take the force's zero: `zero`.
+/// Value to write to take the force's zero: `zero`.
 pub const TAKE_ZERO: u32 = u32::from_le_bytes(*b"zero");
 
-/// Written to keep the settings: `save`.
+/// Value to write to keep the settings: `save`.
 pub const SAVE: u32 = u32::from_le_bytes(*b"save");
 
-/// Written to set the counters to 0: `clrc`.
+/// Value to write to set the counters to 0: `clrc`.
 pub const CLEAR: u32 = u32::from_le_bytes(*b"clrc");
 
-/// Written to start the block anew: `rset`.
+/// Value to write to restart the block: `rset`.
 pub const RESTART: u32 = u32::from_le_bytes(*b"rset");
 
 /// Names of the objects that have parts.
@@ -168,7 +168,7 @@ pub const RECORDS: [(u16, &str); 11] = [
     (0x200A, "Restart"),
 ];
 
-/// All objects, by rising index and part.
+/// All objects, by rising index and subindex.
 pub static OBJECTS: [Object; 37] = [
     of(0x1000, 0, Field::DeviceType, U32, Const),
     of(0x1001, 0, Field::ErrorRegister, U8, Read),
@@ -209,7 +209,7 @@ pub static OBJECTS: [Object; 37] = [
     exactly(RESTART, of(0x200A, 1, Field::Restart, U32, Write)),
 ];
 
-/// Names and comments, in the order of [`OBJECTS`]. Apart from it, because the block itself has no use for them.
+/// Names and comments, in the order of [`OBJECTS`]. A separate table, because the block itself does not need them.
 static TEXTS: [(&str, &str); OBJECTS.len()] = [
     ("Device type", "0: no CiA device profile."),
     ("Error register", "CiA 301: bit 0 any error, 3 temperature, 7 own."),
@@ -272,12 +272,12 @@ const fn within(low: u32, high: u32, object: Object) -> Object {
     Object { low, high, ..object }
 }
 
-/// One value only.
+/// An object that accepts one value only.
 const fn exactly(value: u32, object: Object) -> Object {
     within(value, value, object)
 }
 
-/// The object at this place.
+/// The object at this index and subindex.
 ///
 /// # Errors
 /// [`Abort::NoObject`](super::Abort::NoObject) or [`Abort::NoSubindex`](super::Abort::NoSubindex).
@@ -294,7 +294,7 @@ pub fn find(index: u16, sub: u8) -> Result<&'static Object, super::Abort> {
     Err(if known { super::Abort::NoSubindex } else { super::Abort::NoObject })
 }
 
-/// The largest part of a record; `None` for what is no record.
+/// The largest subindex of a record; `None` if the index is no record.
 pub(crate) fn parts(index: u16) -> Option<u8> {
     OBJECTS.iter().filter(|o| o.index == index && o.sub > 0).map(|o| o.sub).max()
 }

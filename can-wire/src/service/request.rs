@@ -9,12 +9,12 @@ pub(crate) const TAKEN: u8 = 0x60;
 /// Command of an abort, either way.
 pub(crate) const ABORT: u8 = 0x80;
 
-/// What a client asks for.
+/// A client's request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Request {
     /// The value of an object.
     Read { index: u16, sub: u8 },
-    /// A new value; the length as given, if it was.
+    /// A new value, with its length if the request gives one.
     Write { index: u16, sub: u8, length: Option<usize>, data: [u8; 4] },
     /// An image of this size.
     Begin { index: u16, sub: u8, size: u32 },
@@ -56,7 +56,7 @@ impl Request {
                     used: 7 - unused,
                 })
             }
-            // expedited without and with length, then with the size of what follows
+            // expedited without and with length, then begin of segments with their size
             1 if command == 0x22 => Request::Write { index, sub, length: None, data },
             1 if command & 0x13 == 0x03 => {
                 Request::Write { index, sub, length: Some(4 - usize::from(command >> 2 & 3)), data }

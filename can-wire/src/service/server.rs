@@ -1,7 +1,7 @@
-//! The block's side: requests in, answers out, and what has to be done about them.
+//! The block's side: requests in, answers and actions out.
 //!
-//! No clock, no bus, no memory but its own: the shell calls [`Server::handle`] for each frame, sends the answer
-//! and carries the action out.
+//! No clock, no bus, no memory but its own: the calling firmware, the shell, calls [`Server::handle`] for each frame,
+//! sends the answer and carries the action out.
 
 use super::objects::{self, Field, Object, Type};
 use super::request::{self, Request};
@@ -12,19 +12,19 @@ use crate::frame::{LENGTH, NodeId, RawFrame};
 use crate::heartbeat::{BoardKind, ResetCause};
 use crate::service::limits::{Limits, OFF};
 
-/// The block locks itself so long after the last change, s.
+/// Time after the last change until the block locks itself, s.
 pub const UNLOCKED_S: u32 = 300;
 
-/// The key of a block as it is delivered: `gbky`. It keeps accidents out, not people: CAN has no secrets.
+/// The key of a block as delivered: `gbky`. It prevents accidents, not attacks: CAN has no secrets.
 pub const DELIVERED_KEY: u32 = u32::from_le_bytes(*b"gbky");
 
-/// Between two heartbeats, ms.
+/// Time between two heartbeats, ms.
 const HEARTBEAT_MS: u32 = 500;
 
 /// Length of a block of samples, ms.
 const BLOCK_MS: u16 = 10;
 
-/// What the block knows while it answers.
+/// State of the block that answers need.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BlockState {
     /// Whether the carriage moves, or its motion is not known.
@@ -33,7 +33,7 @@ pub struct BlockState {
     pub uptime_s: u32,
     /// CiA 301 error register.
     pub error_register: u8,
-    /// What the firmware runs on.
+    /// Board that the firmware runs on.
     pub board: BoardKind,
     /// The chip's unique identifier, lowest word first.
     pub unique: [u32; 3],
@@ -53,13 +53,13 @@ pub struct BlockState {
     pub active_image: u32,
     /// Blocks between two estimates as the active image says.
     pub image_publish_every_blocks: u16,
-    /// What the burst is at, as the object has it.
+    /// Phase of the burst, as object 2007.2 has it.
     pub burst_state: u8,
     /// Blocks of the last burst that found no room.
     pub burst_dropped: u32,
 }
 
-/// What the shell has to do about a request that was taken.
+/// What the shell has to do about an accepted request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
     /// Use these settings from now on.
@@ -76,30 +76,30 @@ pub enum Action {
     Burst(Order),
     /// End the burst under way.
     EndBurst,
-    /// Start anew, when the answer is out.
+    /// Restart, when the answer is out.
     Restart,
 }
 
-/// What became of the zero that was asked for, as object 2004.1 has it.
+/// Outcome of the last request to take the zero, as object 2004.1 has it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum ZeroState {
-    /// None was asked for since the start.
+    /// None was requested since the start.
     None = 0,
     /// It is being taken.
     Taking = 1,
     /// It was taken.
     Taken = 2,
-    /// The carriage moved, samples were lost, or something pulls: the zero before stays.
+    /// The carriage moved, samples were lost, or something pulls: the previous zero stays.
     NotTaken = 3,
 }
 
-/// What comes of a frame.
+/// Result of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Answer {
-    /// To be sent; `None` for a frame that is none of the block's business, and for an abort.
+    /// Frame to be sent; `None` for an abort and for a frame that is not meant for the block.
     pub frame: Option<RawFrame>,
-    /// To be done.
+    /// Action to be done.
     pub action: Option<Action>,
 }
 
@@ -109,7 +109,7 @@ pub struct Server {
     node: NodeId,
     key: u32,
     settings: Settings,
-    /// when the key was given or last made use of, s
+    /// time at which the key was given or last used, s
     unlocked_at_s: Option<u32>,
     changes: u32,
     zero: ZeroState,
@@ -118,7 +118,7 @@ pub struct Server {
 }
 
 impl Server {
-    /// Locked, with these settings. `key` must not be 0, which locks.
+    /// A locked server with these settings. `key` must not be 0, which is the value that locks.
     pub const fn new(node: NodeId, key: u32, settings: Settings) -> Self {
         Server {
             node,
@@ -132,27 +132,27 @@ impl Server {
         }
     }
 
-    /// What has been set.
+    /// The settings in use.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// Writes taken under the key since the start.
+    /// Writes accepted under the key since the start.
     pub fn changes(&self) -> u32 {
         self.changes
     }
 
-    /// Whether writes are taken at this time, s since the start.
+    /// Whether writes are accepted at this time, s since the start.
     pub fn is_unlocked(&self, uptime_s: u32) -> bool {
         self.unlocked_at_s.is_some_and(|at| uptime_s.wrapping_sub(at) < UNLOCKED_S)
     }
 
-    /// The image that was sent, whole when [`Action::SaveImage`] asks for it.
+    /// The image that was sent, whole when [`Action::SaveImage`] asks to save it.
     pub fn image(&self) -> &[u8] {
         self.upload.image()
     }
 
-    /// The shell has kept the image, or could not: [`UploadState::Saved`], [`Failed`](UploadState::Failed) or
+    /// Report of the shell on saving the image: [`UploadState::Saved`], [`Failed`](UploadState::Failed) or
     /// [`Full`](UploadState::Full).
     pub fn saved(&mut self, outcome: UploadState) {
         if self.upload.state == UploadState::Saving {
@@ -160,13 +160,13 @@ impl Server {
         }
     }
 
-    /// The shell has kept the settings, or could not.
+    /// Report of the shell: whether it has kept the settings.
     pub fn kept(&mut self, kept: bool) {
         self.keeps = kept;
     }
 
-    /// The shell has taken the zero: so many sixteenths of a code above the one in use, or none could be taken.
-    /// Answers the settings to use from now on.
+    /// Report of the shell on taking the zero: its distance above the one in use, in sixteenths of a code, or `None` if
+    /// none could be taken. Returns the settings to use from now on, `None` if they stay.
     pub fn zeroed(&mut self, above_sixteenths: Option<i16>) -> Option<Settings> {
         let shift = above_sixteenths.and_then(|above| self.settings.zero_shift_sixteenths.checked_add(above));
         self.zero = if shift.is_some() { ZeroState::Taken } else { ZeroState::NotTaken };
@@ -251,7 +251,7 @@ impl Server {
         match field {
             Field::DeviceType | Field::Vendor => 0,
             Field::ErrorRegister => block.error_register.into(),
-            // CiA 301: 1, it saves on command; 0, it cannot
+            // CiA 301: 1: saves on command; 0: cannot save
             Field::Save => self.keeps.into(),
             Field::HeartbeatPeriod => HEARTBEAT_MS,
             Field::Product | Field::Board => block.board as u32,
@@ -285,7 +285,7 @@ impl Server {
             Field::BurstDropped => block.burst_dropped,
             Field::Unlocked => self.is_unlocked(block.uptime_s).into(),
             Field::Changes => self.changes,
-            // write only: the caller has asked
+            // write-only: refused by the caller before
             Field::Image
             | Field::ImageChecksum
             | Field::ClearCounters
@@ -355,7 +355,7 @@ impl Server {
         Ok(Action::Burst(order))
     }
 
-    /// Changes a setting, or tells what to do. Checks everything before it changes anything.
+    /// Changes a setting, or returns the action to be done. Checks everything before it changes anything.
     fn change(&mut self, field: Field, value: u32) -> Result<Action, Abort> {
         let mut settings = self.settings;
         let [alarm_below, warn_below, warn_above, alarm_above] = settings.limits.rising();

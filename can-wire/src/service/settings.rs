@@ -1,4 +1,4 @@
-//! What may be set on a block, and the bytes it is kept as.
+//! Settings of a block, and the bytes in which they are kept.
 //!
 //! ```text
 //! byte  0       2       4       6       8          10      12     13        14
@@ -8,7 +8,7 @@
 //!      +-------+-------+-------+-------+----------+-------+------+---------+-----+
 //! ```
 //!
-//! One byte more, and the CRC would miss the first errors of two bits.
+//! With one byte more, the CRC would begin to miss errors of two bits.
 
 use super::Limits;
 use super::limits::OFF;
@@ -17,20 +17,20 @@ use crate::frame;
 /// Layout of the bytes.
 const VERSION: u8 = 1;
 
-/// Stands in the place of the identifier in the CRC.
+/// Takes the place of the identifier in the CRC.
 const CRC_SEED: u16 = 0x5347;
 
-/// What a client has set. Whoever keeps it writes [`to_bytes`](Self::to_bytes) and gives the block at its next start
-/// what [`from_bytes`](Self::from_bytes) made of it.
+/// What a client has set. It is stored as [`to_bytes`](Self::to_bytes) and restored at the next start by
+/// [`from_bytes`](Self::from_bytes).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Settings {
     /// Limits of the preload.
     pub limits: Limits,
-    /// An estimate every so many blocks of 10 ms, 1 to 1000; `None`: as the parameter image says.
+    /// Blocks of 10 ms between two estimates, 1 to 1000; `None`: as in the parameter image.
     pub publish_every_blocks: Option<u16>,
-    /// Added to the force converter's zero code of the parameter image, in sixteenths of a code.
+    /// Shift added to the force converter's zero code of the parameter image, in sixteenths of a code.
     pub zero_shift_sixteenths: i16,
-    /// How much of the bus a burst may take, per cent, 1 to 50.
+    /// Largest share of the bus that a burst may take, per cent, 1 to 50.
     pub burst_load_percent: u8,
 }
 
@@ -41,7 +41,7 @@ pub enum BadSettings {
     Version(u8),
     /// Bytes have changed.
     Crc,
-    /// A value is not a legal one.
+    /// A value is illegal.
     Value(&'static str),
 }
 
@@ -86,7 +86,7 @@ impl Settings {
     /// Reads what [`to_bytes`](Self::to_bytes) wrote.
     ///
     /// # Errors
-    /// [`BadSettings`], in the order of its variants after the CRC.
+    /// [`BadSettings`]; the CRC is checked first, the rest in the order of the variants.
     pub fn from_bytes(bytes: &[u8; Self::LENGTH]) -> Result<Settings, BadSettings> {
         let [rest @ .., crc] = bytes;
         if frame::crc_of(CRC_SEED, rest) != *crc {

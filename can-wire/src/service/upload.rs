@@ -1,28 +1,28 @@
-//! A parameter image on its way into the block.
+//! Upload of a parameter image into the block.
 
 use super::Abort;
 use super::request::Segment;
 
-/// No image is longer.
+/// Largest size of an image, bytes.
 pub const MAX_IMAGE: usize = 1024;
 
-/// What became of the last image sent.
+/// State of the last image sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum UploadState {
     /// None was sent since the start.
     None = 0,
-    /// Some of its bytes are here.
+    /// Part of its bytes have arrived.
     Receiving = 1,
-    /// All its bytes are here; its CRC has not been given yet.
+    /// All its bytes have arrived; its CRC has not been given yet.
     Complete = 2,
     /// It is being written to flash.
     Saving = 3,
     /// It is in flash and used from the next start on.
     Saved = 4,
-    /// It was not saved; the image before it stays.
+    /// It was not saved; the previous image stays.
     Failed = 5,
-    /// It was not saved, because there was no room left for it: the block makes room when it starts, and then takes it.
+    /// It was not saved for lack of room: the block makes room at its next start and then accepts it.
     Full = 6,
 }
 
@@ -57,7 +57,7 @@ impl UploadState {
     }
 }
 
-/// The bytes, and how many of them are here.
+/// The bytes of an image as far as they have arrived.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Upload {
     bytes: [u8; MAX_IMAGE],
@@ -72,7 +72,7 @@ impl Upload {
         Upload { bytes: [0; MAX_IMAGE], size: 0, received: 0, toggle: false, state: UploadState::None }
     }
 
-    /// Begins anew; what was there is gone.
+    /// Begins a new image; the previous bytes are dropped.
     pub(crate) fn begin(&mut self, size: u32) -> Result<(), Abort> {
         let size = usize::try_from(size).map_err(|_| Abort::TooLong)?;
         if size == 0 {
@@ -85,7 +85,7 @@ impl Upload {
         Ok(())
     }
 
-    /// Takes a segment; all is checked before anything changes.
+    /// Takes a segment; everything is checked before anything changes.
     pub(crate) fn segment(&mut self, segment: &Segment) -> Result<(), Abort> {
         if self.state != UploadState::Receiving {
             return Err(Abort::Command);
@@ -110,7 +110,7 @@ impl Upload {
         Ok(())
     }
 
-    /// Whether these are all bytes and the CRC is theirs.
+    /// Accepts the image for saving if all its bytes have arrived and the CRC matches.
     pub(crate) fn commit(&mut self, crc: u32) -> Result<(), Abort> {
         if self.state != UploadState::Complete {
             return Err(Abort::State);
@@ -129,7 +129,7 @@ impl Upload {
         }
     }
 
-    /// The bytes that are here.
+    /// The bytes that have arrived.
     pub(crate) fn image(&self) -> &[u8] {
         self.bytes.get(..self.received).unwrap_or_default()
     }
