@@ -1,4 +1,4 @@
-//! What the block knows when it starts: its parameter record, or why it has none.
+//! Start-up: reads the parameter record, or finds why there is none.
 
 use can_wire::NodeId;
 use can_wire::parameters::{self, BadRecord};
@@ -9,25 +9,25 @@ use model_core::params::Params;
 use crate::ports::Storage;
 use crate::store;
 
-/// What the block works with until the next reset.
+/// Parameters and settings that the block uses until the next reset.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Its name on the bus.
+    /// Its node on the bus.
     pub node: NodeId,
     /// The checked model.
     pub monitor: Monitor,
-    /// `None`: from the record. Otherwise why the record was refused and
-    /// [`Params::ZHOU_2023`] took its place, which is not calibrated and so never gives a preload.
+    /// `None`: the parameters are from the record. Otherwise why the record was refused; [`Params::ZHOU_2023`] then
+    /// takes its place, which is not calibrated and so never gives a preload.
     pub refused: Option<BadRecord>,
     /// [`image_hash`](parameters::image_hash) of the record; 0 without one.
     pub image_hash: u32,
-    /// How many images were saved before it, 0 for a programmer's.
+    /// Number of images saved before it; 0 for a programmer's.
     pub generation: u32,
     /// What a client has set and kept.
     pub set: Set,
 }
 
-/// Why a record was refused; the checks of the model are the record's own.
+/// Why a record was refused; an error of the model counts as one of the record.
 struct Refused(BadRecord);
 
 impl From<model_core::Error> for Refused {
@@ -47,7 +47,7 @@ impl Settings {
         set: Set::DELIVERED,
     };
 
-    /// Reads the record, in place: the settings are larger than the stack likes.
+    /// Reads the record in place: the settings are too large for the stack.
     ///
     /// # Errors
     /// The built-in parameters do not build, which a test excludes.
@@ -78,7 +78,7 @@ impl Settings {
         }
     }
 
-    /// The record's state in a word, for the log.
+    /// State of the record in a word, for the log.
     pub fn record_state(&self) -> &'static str {
         match self.refused {
             None => "read",
@@ -145,7 +145,7 @@ mod tests {
             assert_eq!(settings.node.get(), 1);
             assert_eq!(settings.image_hash, 0);
             assert!(!settings.monitor.params().calibrated);
-            // the whole model is the built-in one, not what was read before the mistake was found
+            // the whole model is the built-in one; nothing is left of what was read before the error was found
             assert_eq!(settings.monitor.params(), &Params::ZHOU_2023);
         }
     }

@@ -1,4 +1,4 @@
-//! What runners tell each other in single words: written by one, read by another, whenever it suits them.
+//! Shared facts: single words that one runner writes and others read at any time.
 
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU16, AtomicU32, Ordering};
 
@@ -35,7 +35,7 @@ impl Count {
     }
 }
 
-/// What Publish and Serve know of each other.
+/// Facts that Publish and Serve share.
 #[derive(Debug)]
 pub struct Facts {
     /// Blocks of samples lost. Written by Publish.
@@ -48,7 +48,7 @@ pub struct Facts {
     pub error_register: AtomicU8,
     /// Changes that were accepted. Written by Serve.
     pub changes: AtomicU32,
-    /// Whether the block takes changes. Written by Serve.
+    /// Whether the block accepts changes. Written by Serve.
     pub unlocked: AtomicBool,
     /// Whether a burst is under way. Written by Serve.
     pub bursting: AtomicBool,

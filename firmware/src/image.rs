@@ -43,14 +43,14 @@ static STATE: ConstStaticCell<State> = ConstStaticCell::new(State::new());
 static WATCH: ConstStaticCell<Watch> = ConstStaticCell::new(Watch::new());
 static LIVENESS: Liveness = Liveness::new();
 
-/// Of this firmware.
+/// Version of this firmware: major, minor, patch.
 const VERSION: [u16; 3] = [
     number(env!("CARGO_PKG_VERSION_MAJOR")),
     number(env!("CARGO_PKG_VERSION_MINOR")),
     number(env!("CARGO_PKG_VERSION_PATCH")),
 ];
 
-/// A whole number, read while compiling.
+/// Parses a whole number at compile time.
 const fn number(text: &str) -> u16 {
     let (bytes, mut n, mut value) = (text.as_bytes(), 0, 0);
     while n < bytes.len() {
@@ -136,7 +136,7 @@ async fn main(spawner: Spawner) {
         keep: board.store,
         restart: Reset,
         server: SERVER.init_with(|| Server::new(settings.node, DELIVERED_KEY, set)),
-        // no two starts in a row number their bursts alike
+        // two successive starts begin with different burst numbers
         sender: SENDER.init_with(|| Sender::new(settings.node, (board.boot_count as u8).wrapping_mul(31))),
         blocks: COPIES.receiver(),
         notices: &NOTICES,
@@ -179,8 +179,8 @@ async fn supervise(runner: Supervise<'static, Dog, Uptime>) {
     runner.run().await;
 }
 
-/// Says where, and starts anew at once; the heartbeat then tells a reset by software. A hard fault ends in an
-/// endless loop of cortex-m-rt instead, and so in a reset by the watchdog.
+/// Logs the place and restarts at once; the heartbeat then shows a reset by software. A hard fault instead ends in an
+/// endless loop of cortex-m-rt, and so in a reset by the watchdog.
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
     let (file, line) = info.location().map_or(("unknown", 0), |l| (l.file(), l.line()));

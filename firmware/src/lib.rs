@@ -1,4 +1,4 @@
-//! The shell around the pipeline: what the block does with its samples, and when.
+//! The shell around the pipeline: sampling, estimating, publishing, and their timing.
 //!
 //! ```text
 //!            RawBlock, 100 Hz             Report, newest wins           RawFrame
@@ -36,25 +36,25 @@ pub mod timeline;
 /// The two cyclic frames of an estimate, finished, and the estimate they were made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frames {
-    /// Preload, drag force and their trust.
+    /// Preload, drag force and quality.
     pub estimate: RawFrame,
     /// Speed, temperature and state of motion.
     pub motion: RawFrame,
-    /// What both say, in SI units.
+    /// Content of both, in SI units.
     pub known: Estimate,
 }
 
 impl Frames {
-    /// Puts an estimate into its frames; counts both alive counters on.
+    /// Puts an estimate into its frames; advances both alive counters.
     pub fn of(known: Estimate, publisher: &mut Publisher) -> Frames {
         Frames { estimate: publisher.estimate(&known), motion: publisher.motion(&known), known }
     }
 }
 
-/// From sixteen raw samples to finished frames: all the block computes in a block's time.
+/// From sixteen raw samples to finished frames: all computation that falls to a block of 10 ms.
 ///
-/// `None` when no estimate is due with this block. Kept as a function of its own, so that its cost can be
-/// counted in the image.
+/// `None` when no estimate is due with this block. A function of its own, so that its cost can be measured in the
+/// firmware.
 #[inline(never)]
 pub fn process_block(
     monitor: &Monitor,

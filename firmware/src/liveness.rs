@@ -1,8 +1,8 @@
-//! Who has shown a sign of life since the watchdog was fed.
+//! Liveness: which runners have shown a sign of life since the watchdog was fed.
 
 use core::sync::atomic::{AtomicU8, Ordering};
 
-/// Who must report.
+/// Runner that must report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Member {
@@ -16,10 +16,10 @@ pub enum Member {
     Serve = 3,
 }
 
-/// Longest time a runner may go without reporting, and time between two looks of the supervisor, µs.
+/// Longest time a runner may go without reporting, and time between two checks of the supervisor, µs.
 ///
 /// So the watchdog is fed at least every 200 ms. Its nominal 500 ms are 340 ms when the oscillator that clocks it
-/// runs at 47 kHz instead of 32 (the F405's may).
+/// runs at 47 kHz instead of 32 kHz (the F405's may).
 pub const REPORT_WITHIN_US: u64 = 100_000;
 
 /// The members heard since the last feeding.
@@ -41,7 +41,7 @@ impl Liveness {
         self.heard.fetch_or(1 << member as u8, Ordering::Relaxed);
     }
 
-    /// Whether all have reported; if so, everyone has to report again.
+    /// Whether all have reported; if so, all have to report again.
     pub fn take_all(&self) -> bool {
         self.heard.compare_exchange(Self::ALL, 0, Ordering::Relaxed, Ordering::Relaxed).is_ok()
     }

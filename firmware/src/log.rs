@@ -1,6 +1,6 @@
 //! Log lines: `defmt` on the chip, nothing on the desk, where no one provides its transport.
 
-/// One line of ordinary news.
+/// One line about ordinary operation.
 macro_rules! info {
     ($text:literal $(, $value:expr)* $(,)?) => {{
         #[cfg(target_os = "none")]

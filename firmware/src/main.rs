@@ -1,4 +1,4 @@
-//! The image: memory and tasks for the runners of the library of the same name.
+//! The firmware program: memory and tasks for the runners of the library of the same name.
 //!
 //! `cargo fw-f405` and `cargo fw-g474` build it, `cargo flash-f405` and `cargo flash-g474` flash it with probe-rs
 //! and show its log. In this crate's folder `cargo run --release` is `cargo flash-f405`.

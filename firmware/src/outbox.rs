@@ -1,6 +1,6 @@
-//! Frames on their way to the bus: one place for each identifier, the newest frame wins.
+//! Outbox of frames for the bus: one place for each identifier, the newest frame wins.
 //!
-//! No bus condition holds up anything behind this box. While nobody acknowledges, or after bus-off, every
+//! No bus condition blocks the runners that fill it. While nobody acknowledges, or after bus-off, every
 //! new frame displaces the older one with its identifier, here and in the controller, and the displaced
 //! one is counted. So when the bus comes back it gets at most one frame of each kind, the newest, and never
 //! a queue of old ones.
@@ -30,7 +30,7 @@ impl Outbox {
         }
     }
 
-    /// Offers all that waits, most urgent first, and keeps what the controller has no room for.
+    /// Offers all waiting frames, most urgent first, and keeps those for which the controller has no room.
     pub fn flush(&mut self, sink: &mut impl FrameSink) {
         let mut withdrawn = 0;
         for place in &mut self.waiting {
@@ -101,7 +101,7 @@ mod tests {
             outbox.put(Kind::Estimate, frame(0x181, n));
             outbox.put(Kind::Motion, frame(0x281, n));
             outbox.flush(&mut &controller);
-            // the controller has let go of what it was asked to withdraw
+            // the controller has dropped the frame that it was asked to withdraw
             outbox.flush(&mut &controller);
         }
         assert_eq!(outbox.dropped(), 2 * 99);

@@ -1,4 +1,4 @@
-//! What the runners need from the world. A board implements it; so does a test.
+//! Ports: interfaces of the runners to the outside world. Boards and tests implement them.
 //!
 //! There is one port each for samples, frames, stored bytes, time and the watchdog, and no more.
 #![allow(async_fn_in_trait, reason = "one executor, one thread: no future has to be Send")]
@@ -9,7 +9,7 @@ use model_core::sample::SAMPLES_PER_BLOCK;
 /// Channels of one scan: force, temperature.
 pub const CHANNELS: usize = 2;
 
-/// What converters and encoder delivered for one block, as the memory transfers left it.
+/// Raw samples of one block from converters and encoder, as the DMA stored them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Samples {
     /// Converter codes in the order of conversion: force, temperature, force, temperature, ...
@@ -44,7 +44,7 @@ impl Interruption {
 
 /// Force, temperature and position, sampled by one clock.
 pub trait SampleSource {
-    /// One gapless run. To drop it stops the sampler.
+    /// One gapless run. Dropping it stops the sampler.
     type Run<'a>: SampleRun
     where
         Self: 'a;
@@ -53,13 +53,13 @@ pub trait SampleSource {
     fn start(&mut self) -> Self::Run<'_>;
 }
 
-/// A run of the sampler. It is never resumed: after an interruption one drops it and starts the next, so
-/// that codes and counts cannot get out of step.
+/// A run of the sampler. It is never resumed: after an interruption it is dropped and the next one started, so that
+/// codes and counts cannot get out of step.
 pub trait SampleRun {
-    /// The next block, complete; not cancel safe, drop the run after having dropped the future.
+    /// The next block, complete. Not cancel safe: after dropping the future, drop the run, too.
     ///
     /// # Errors
-    /// Samples were lost. The run is worth nothing any more.
+    /// Samples were lost. The run cannot be used any more.
     async fn block(&mut self, into: &mut Samples) -> Result<(), Interruption>;
 }
 
@@ -71,19 +71,19 @@ pub enum Offer {
     /// No room; offer it again.
     Busy,
     /// An older frame with this identifier still waits in the controller and is being withdrawn; offer
-    /// again. Answered once for each frame withdrawn.
+    /// again. Returned once for each frame withdrawn.
     Withdrawing,
 }
 
-/// Where frames go.
+/// Sink of frames: the bus controller.
 pub trait FrameSink {
     /// Hands over one frame. Never waits, whatever the state of the bus.
     ///
     /// A controller never holds two frames with the same identifier.
     fn offer(&mut self, frame: &RawFrame) -> Offer;
 
-    /// Whether a frame with this identifier still waits in the controller; one that must not be displaced is then
-    /// not offered.
+    /// Whether a frame with this identifier still waits in the controller; if it must not be displaced, no newer one
+    /// may be offered.
     fn holds(&self, id: u16) -> bool;
 
     /// Whether nothing waits in the controller.
@@ -93,13 +93,13 @@ pub trait FrameSink {
     fn is_off(&self) -> bool;
 }
 
-/// Where frames of others come from: those for this block, with eight bytes.
+/// Source of frames from others: those for this block, with eight bytes.
 pub trait FrameSource {
     /// The next frame; cancel safe.
     async fn frame(&mut self) -> RawFrame;
 }
 
-/// What a block keeps over a reset on command.
+/// What a block keeps over a reset when told to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kept {
     /// The parameter image, 1 to 1024 bytes, opaque here.
@@ -133,22 +133,22 @@ impl KeepError {
     }
 }
 
-/// Where things are kept over a reset. Old or new, never a mix.
+/// Store that survives a reset. It holds the old content or the new, never a mix.
 pub trait Keep {
-    /// Keeps these bytes from the next start on. May take as long as it needs, as long as it awaits.
+    /// Keeps these bytes from the next start on. May take any time, provided that it awaits.
     ///
     /// # Errors
     /// [`KeepError`]; what was kept before then stays.
     async fn save(&mut self, what: Kept, bytes: &[u8]) -> Result<(), KeepError>;
 }
 
-/// Starts the chip anew.
+/// Restarts the chip.
 pub trait Restart {
-    /// Never comes back on a chip.
+    /// Never returns on a chip.
     fn restart(&mut self);
 }
 
-/// Where parameter images lie.
+/// Memory of the parameter images.
 pub trait Storage {
     /// The memory of the two regions, see [`store`](crate::store).
     fn regions(&self) -> [&[u8]; 2];
@@ -163,8 +163,8 @@ pub trait Clock {
     async fn sleep_until(&self, us: u64);
 }
 
-/// The dog that resets the chip unless it is fed.
+/// Watchdog that resets the chip unless it is fed.
 pub trait Watchdog {
-    /// Puts the reset off.
+    /// Postpones the reset.
     fn feed(&mut self);
 }

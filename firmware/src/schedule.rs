@@ -1,6 +1,6 @@
-//! Things that happen every so often, and the earliest of them.
+//! Schedule of periodic events.
 
-/// Something due at a fixed period.
+/// An event with a fixed period.
 #[derive(Clone, Copy, Debug)]
 pub struct Every {
     period_us: u64,

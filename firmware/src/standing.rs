@@ -1,19 +1,19 @@
-//! Whether the carriage stands, from raw samples alone, and the zero of the force while it does.
+//! Standstill of the carriage, from raw samples alone, and the zero of the force during it.
 
 use model_core::sample::RawBlock;
 
 use crate::timeline::BLOCK_US;
 
-/// Half a second without motion is standing still.
+/// Blocks without motion that count as standstill: half a second.
 const BLOCKS: u8 = 50;
 
 /// Counts that an encoder at rest may flicker.
 const FLICKER: u16 = 8;
 
-/// Without samples for so long nothing is known, µs.
+/// Time without samples after which nothing is known, µs.
 const UNKNOWN_AFTER_US: u64 = 10 * BLOCK_US;
 
-/// Looks for motion. What is not known counts as motion: whoever asks wants to be sure.
+/// Detector of motion. Unknown counts as motion: standstill must be certain.
 #[derive(Clone, Copy, Debug)]
 pub struct Standing {
     reference: u16,
@@ -51,10 +51,10 @@ impl Default for Standing {
     }
 }
 
-/// Blocks that a zero is the mean of: their 1600 codes make its sixteenths a sum divided by 100.
+/// Blocks over which a zero is averaged: with their 1600 codes, the mean in sixteenths is their sum divided by 100.
 const ZERO_BLOCKS: u8 = 100;
 
-/// A zero may be moved by so much of the converter's range, sixteenths of a code: 10 %. Further away something pulls.
+/// Largest shift of a zero, sixteenths of a code: 10 % of the converter's range. Further away something pulls.
 const ZERO_WITHIN: i32 = 4096 * 16 / 10;
 
 /// The mean of the force codes over one second of standing still.
@@ -72,9 +72,9 @@ impl ZeroTaking {
         ZeroTaking { zero_in_use, sum: 0, blocks: 0, expected_tick: None }
     }
 
-    /// Takes the newest samples. `None` while it goes on; `Some(None)` when no zero can be taken: motion, lost
-    /// samples, or more than a tenth of the range away; else how far the mean lies above the zero in use,
-    /// sixteenths of a code, to the nearest.
+    /// Takes the newest samples. Returns `None` while it goes on; `Some(None)` when no zero can be taken (motion, lost
+    /// samples, or more than a tenth of the range away); otherwise the distance of the mean above the zero in use, to
+    /// the nearest sixteenth of a code.
     pub fn step(&mut self, block: &RawBlock, standing: bool) -> Option<Option<i16>> {
         if !standing || self.expected_tick.is_some_and(|tick| tick != block.tick) {
             return Some(None);

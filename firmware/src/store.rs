@@ -1,7 +1,7 @@
-//! The parameter image in flash: whoever cuts the power, the block starts with the old image or the new one.
+//! Store of parameter images in flash: whenever power is cut, the block starts with the old image or the new one.
 //!
-//! Two regions, each of whole erase units, each a row of places of 1 KiB. A save programs the next blank place; nothing
-//! that was programmed is ever programmed again, and a region is erased only while the other one holds the newest image.
+//! Two regions of whole erase units, each a row of places of 1 KiB. A save programs the next blank place; programmed
+//! flash is never programmed again, and a region is erased only while the other one holds the newest image.
 //!
 //! ```text
 //! place  0                       576       992        1008                                     1024
@@ -11,14 +11,14 @@
 //!       +-----------------------+---------+----------+------------+-------------+-------+------+
 //! ```
 //!
-//! What a client has set lies beside the image it was set for, so that both change at one instant: to keep settings is to
-//! save the same image once more. A new image takes the settings along, but not a zero that was taken with another zero
-//! code. Settings guard themselves; damaged ones count as those of delivery.
+//! A client's settings lie beside the image they were set for, so that both change at one instant: keeping settings
+//! means saving the same image once more. A new image takes over the settings, but not a zero that was taken with
+//! another zero code. Settings have their own CRC; damaged ones count as those of delivery.
 //!
-//! The last sixteen bytes are written last, after the record was read back: they make it count. Their CRC is the record's
-//! own, so they belong to no other. The image with the largest generation that is whole wins; one that is damaged gives
-//! way to the one before it. A record without those bytes counts in one place only, the first of the first region, as
-//! generation 0: that is where a programmer puts it, after erasing both regions. Saves leave the first place of either
+//! The last sixteen bytes, the commit, are written last, after the record was read back: they make it valid. They
+//! repeat the record's CRC, so they fit no other record. The intact image with the largest generation counts; a damaged
+//! one gives way to the one before it. A record without commit is valid in one place only, the first of the first
+//! region, as generation 0: there a programmer puts it, after erasing both regions. Saves leave the first place of each
 //! region alone.
 //!
 //! Erasing takes up to two seconds on the F405 and stops the processor, which its watchdog would not survive. So a save
@@ -39,22 +39,22 @@ const WORDS: usize = 16;
 
 const _: () = assert!(parameters::MAX_SIZE <= SETTINGS_AT && Settings::LENGTH <= WORDS);
 
-/// Bytes that make a record count.
+/// Bytes of the commit, which makes a record valid.
 const COMMIT: usize = 16;
 
-/// Where they stand.
+/// Offset of the commit in a place.
 const COMMIT_AT: usize = PLACE - COMMIT;
 
-/// Where settings stand.
+/// Offset of the settings in a place.
 const SETTINGS_AT: usize = COMMIT_AT - WORDS;
 
-/// Their end.
+/// Last bytes of a commit.
 const OK: [u8; 4] = *b"GBOK";
 
-/// What erased flash reads as.
+/// Value of erased flash.
 const ERASED: u8 = 0xFF;
 
-/// What makes a record count.
+/// Commit, which makes a record valid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Commit {
     generation: u32,
@@ -79,7 +79,7 @@ impl Commit {
     }
 }
 
-/// Generation of the record in a place: `None` where there is none, or one that is not whole.
+/// Generation of the record in a place: `None` where there is none, or a damaged one.
 fn generation(place: &[u8], takes_raw: bool) -> Option<u32> {
     let (record, commit) = place.split_at_checked(COMMIT_AT)?;
     if takes_raw && commit.iter().all(|b| *b == ERASED) {
@@ -90,17 +90,18 @@ fn generation(place: &[u8], takes_raw: bool) -> Option<u32> {
     (commit.crc == *crc && parameters::is_whole(record)).then_some(commit.generation)
 }
 
-/// The image that counts.
+/// The valid image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stored<'a> {
-    /// The record and what stands behind it in its place; of empty regions the first place, for what is wrong with it.
+    /// The record and what follows it in its place; where no image is valid, the first place, so that decoding says
+    /// why.
     pub record: &'a [u8],
-    /// How many images were saved before it; `None` where there is none.
+    /// Generation: number of images saved before it; `None` where no image is valid.
     pub generation: Option<u32>,
 }
 
 impl Stored<'_> {
-    /// What a client has set and kept beside this image; else what a block is delivered with.
+    /// The settings kept beside this image; otherwise those of delivery.
     pub fn settings(&self) -> Settings {
         match self.generation {
             Some(_) => settings_in(self.record).unwrap_or(Settings::DELIVERED),
@@ -109,13 +110,13 @@ impl Stored<'_> {
     }
 }
 
-/// The settings in a place, if there are sound ones.
+/// The settings in a place, if they are intact.
 fn settings_in(place: &[u8]) -> Option<Settings> {
     let bytes = place.get(SETTINGS_AT..)?.first_chunk::<{ Settings::LENGTH }>()?;
     Settings::from_bytes(bytes).ok()
 }
 
-/// Finds the image that counts in the memory of the two regions.
+/// Finds the valid image in the memory of the two regions.
 pub fn newest<'a>(regions: [&'a [u8]; 2]) -> Stored<'a> {
     let [first, _] = regions;
     let mut best = Stored { record: first.get(..COMMIT_AT).unwrap_or(first), generation: None };
@@ -133,11 +134,11 @@ pub fn newest<'a>(regions: [&'a [u8]; 2]) -> Stored<'a> {
 /// Why an image was not saved. The block runs, and starts, with the one it has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SaveError {
-    /// It is none that a block would take.
+    /// It is no image that a block would accept.
     Refused(BadRecord),
     /// No blank place is left until the next start, which makes room.
     Full,
-    /// The flash did not take it, or does not read back what was written.
+    /// The flash refused it, or does not read back what was written.
     Flash,
 }
 
@@ -158,9 +159,9 @@ pub struct Store<'a, F> {
     flash: F,
     /// offsets of the regions in the driver's addresses
     regions: [u32; 2],
-    /// length of either
+    /// length of each region, bytes
     length: u32,
-    /// one place, for reading
+    /// buffer of one place, for reading
     place: &'a mut [u8; PLACE],
 }
 
@@ -184,7 +185,7 @@ impl<'a, F: NorFlash> Store<'a, F> {
     }
 
     /// Makes room for the next save, if there is none: erases the region that does not hold the newest image. To be
-    /// called before the watchdog runs. Answers whether it has erased.
+    /// called before the watchdog runs. Returns whether it has erased.
     ///
     /// # Errors
     /// [`SaveError::Flash`].
@@ -198,23 +199,23 @@ impl<'a, F: NorFlash> Store<'a, F> {
         Ok(true)
     }
 
-    /// Saves an image; when this answers, it is the one that the next start finds.
+    /// Saves an image and returns its generation; from then on the next start finds it.
     ///
-    /// Takes a few milliseconds, in which flash may not be read elsewhere on some chips: not while moving.
+    /// Takes a few milliseconds, during which some chips cannot read flash at all: not to be called while moving.
     ///
     /// # Errors
     /// [`SaveError`].
     pub fn save(&mut self, record: &[u8]) -> Result<u32, SaveError> {
         let mut scratch = Params::ZHOU_2023;
         parameters::decode_into(record, &mut scratch).map_err(SaveError::Refused)?;
-        // what decodes has a length within any record
+        // a record that decodes has a legal length
         let record = parameters::length(record).and_then(|n| record.get(..n)).ok_or(SaveError::Flash)?;
         let crc = *record.last_chunk::<4>().ok_or(SaveError::Flash)?;
         let zero_code = scratch.calibration.force.zero_code;
         let found = self.newest()?;
         let settings = self.settings_for(found, zero_code, &mut scratch)?;
         let (place, generation) = self.next(found)?;
-        // whole words; the last ones are filled up with what erased flash reads as
+        // whole words; the last one is padded with the value of erased flash
         let (words, rest) = record.as_chunks::<WORDS>();
         let words = words.as_flattened();
         self.program(place, words)?;
@@ -247,7 +248,7 @@ impl<'a, F: NorFlash> Store<'a, F> {
         Ok(generation)
     }
 
-    /// The settings beside the image in use, as far as they hold for one with this zero code.
+    /// The settings beside the image in use, as far as they hold for an image with this zero code.
     fn settings_for(
         &mut self,
         found: Option<Found>,
@@ -273,7 +274,7 @@ impl<'a, F: NorFlash> Store<'a, F> {
         Ok((place, generation))
     }
 
-    /// Puts settings beside a record, then makes both count.
+    /// Writes settings beside a record, then commits both.
     fn finish(&mut self, place: u32, settings: Option<Settings>, commit: Commit) -> Result<(), SaveError> {
         if let Some(settings) = settings {
             let mut words = [ERASED; WORDS];
@@ -309,7 +310,7 @@ impl<'a, F: NorFlash> Store<'a, F> {
         Ok(best)
     }
 
-    /// The first blank place behind everything that was programmed in a region.
+    /// The first blank place behind all programmed ones of a region.
     fn blank_place(&mut self, region: usize) -> Result<Option<u32>, SaveError> {
         let mut blank = None;
         // the first place of a region is the programmer's

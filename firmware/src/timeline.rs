@@ -1,4 +1,4 @@
-//! Which number a block has: the samples count time while they flow, the clock counts what was lost.
+//! Numbering of blocks: while samples flow they count the time; the clock counts the time lost in between.
 
 use model_core::sample::BLOCK_HZ;
 
@@ -18,8 +18,8 @@ impl Timeline {
         Timeline { started_us: None, next: 0 }
     }
 
-    /// A run starts at `now_us`. The first one starts at tick 0; every later one where the clock says, and
-    /// at least one tick behind the last block, since an interruption always costs samples.
+    /// A run starts at `now_us`. The first one starts at tick 0, every later one at the tick given by the clock, but
+    /// leaves out at least one tick, since an interruption always costs samples.
     pub fn resume(&mut self, now_us: u64) {
         let Some(started_us) = self.started_us else {
             self.started_us = Some(now_us);
@@ -33,7 +33,7 @@ impl Timeline {
         self.next = if clock_is_ahead { by_clock } else { behind_gap };
     }
 
-    /// The number of the block that has just come.
+    /// The number of the block that has just arrived.
     pub fn tick(&mut self) -> u32 {
         let tick = self.next;
         self.next = tick.wrapping_add(1);

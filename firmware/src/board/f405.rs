@@ -28,7 +28,7 @@ use super::Links;
 /// The board, as heartbeats name it.
 pub(crate) const KIND: BoardKind = BoardKind::Stm32f405;
 
-/// ADC1 is served by stream 0 of DMA2, TIM2's overflow by stream 1 of DMA1 (tables 42 and 43).
+/// ADC1 is served by stream 0 of DMA2, TIM2's overflow by stream 1 of DMA1 (RM0090, tables 42 and 43).
 pub(super) type CodesDma = DMA2_CH0;
 pub(super) type CountsDma = DMA1_CH1;
 
@@ -46,10 +46,10 @@ const BIT_TIMING: NominalBitTiming = NominalBitTiming {
     sync_jump_width: NonZeroU8::new(1).unwrap(),
 };
 
-/// Two erase sectors for parameter images: sector 7, where a programmer's record lies too, and sector 8.
+/// Two erase sectors for parameter images: sector 7, which also holds a programmer's record, and sector 8.
 pub(super) const IMAGE_REGIONS: [u32; 2] = [0x0806_0000, 0x0808_0000];
 
-/// Bytes of either.
+/// Bytes of each region.
 pub(super) const IMAGE_REGION: u32 = 128 * 1024;
 
 bind_interrupts!(pub(super) struct Irqs {
@@ -65,7 +65,7 @@ pub(super) fn codes_request(channel: &CodesDma) -> Request {
     RxDma::<ADC1>::request(channel)
 }
 
-/// Clocks and drivers; nothing runs yet but the bus controller.
+/// Sets up clocks and drivers; only the bus controller runs yet.
 pub(super) fn start() -> (Converter, Links, (Bus, Ears), Peri<'static, IWDG>, Flash<'static, Blocking>) {
     let mut config = Config::default();
     config.rcc = clocks();
@@ -80,14 +80,14 @@ pub(super) fn start() -> (Converter, Links, (Bus, Ears), Peri<'static, IWDG>, Fl
         counts: p.DMA1_CH1,
     };
     let mut can = Can::new(p.CAN1, p.PB8, p.PB9, Irqs);
-    // no filter accepts anything until the node is known: the block acknowledges what others send and keeps none of it
+    // until the node is known no filter accepts anything: the block acknowledges the frames of others and keeps none
     can.modify_filters().clear();
     can.modify_config().set_bit_timing(BIT_TIMING);
     let (_, rx) = can.split();
     (converter, links, (Bus::new(can), Ears { rx }), p.IWDG, Flash::new_blocking(p.FLASH))
 }
 
-/// 8 MHz / 4 * 168 / 2 = 168 MHz; buses at 42 and 84 MHz, their timers at twice that.
+/// 8 MHz / 4 * 168 / 2 = 168 MHz; peripheral buses at 42 and 84 MHz, their timers at twice that.
 fn clocks() -> rcc::Config {
     use rcc::*;
     let mut clocks = Config::default();
@@ -111,7 +111,7 @@ fn clocks() -> rcc::Config {
 pub(super) fn take_reset_cause() -> ResetCause {
     let flags = pac::RCC.csr().read();
     pac::RCC.csr().modify(|w| w.set_rmvf(true));
-    // every reset pulls the pin and power-on is a brown-out too: the most special flag counts
+    // every reset pulls the pin, and power-on is a brown-out too: the most specific flag counts
     if flags.porrstf() {
         ResetCause::PowerOn
     } else if flags.wdgrstf() {
@@ -134,12 +134,12 @@ pub(super) fn take_reset_cause() -> ResetCause {
 /// ADC1, scanning force and temperature at each trigger.
 ///
 /// Set up register by register: embassy's own ring starts with a conversion by software, which would put the
-/// codes one scan ahead of the counts, and it does not look at the overrun flag.
+/// codes one scan ahead of the counts, and it ignores the overrun flag.
 pub(super) struct Converter;
 
 impl Converter {
     fn new(adc: Peri<'static, ADC1>, sequence: [u8; CHANNELS]) -> Self {
-        // its drop would take the clock away again
+        // dropping it would switch the clock off again
         core::mem::forget(Adc::new(adc));
         let adc = pac::ADC1;
         adc.sqr1().modify(|w| w.set_l(CHANNELS as u8 - 1));
@@ -156,8 +156,8 @@ impl Converter {
         Converter
     }
 
-    /// Waits for the timer, overruns forgotten (13.8.1). Nothing resets the converter: embassy gives its reset
-    /// line, which all three share, to none of them.
+    /// Arms the converter for the timer and clears overruns (13.8.1). Nothing resets the converter: all three share one
+    /// reset line, and embassy gives it to none of them.
     pub(super) fn listen(&mut self) {
         // all flags are cleared by writing zeros
         pac::ADC1.sr().write(|_| ());
@@ -167,12 +167,12 @@ impl Converter {
         });
     }
 
-    /// Whether a conversion was lost; the converter then converts nothing any more.
+    /// Whether a conversion was lost; the converter has then stopped.
     pub(super) fn overran() -> bool {
         pac::ADC1.sr().read().ovr()
     }
 
-    /// Breaks off whatever it does.
+    /// Stops it at once.
     pub(super) fn halt() {
         pac::ADC1.cr2().modify(|w| {
             w.set_dma(false);
@@ -183,9 +183,8 @@ impl Converter {
 
 /// CAN1 with its three mailboxes, sent in the order of their identifiers.
 ///
-/// Kept whole: embassy puts the controller to sleep when a `Can` is dropped, even while halves of it live on.
-/// Retransmission stays as it is after reset, on; `set_automatic_retransmit(true)` of embassy 0.6.0 would
-/// switch it off.
+/// Keeps the whole `Can`: embassy puts the controller to sleep when it is dropped, even while halves of it live on.
+/// Retransmission stays on, as after reset; `set_automatic_retransmit(true)` of embassy 0.6.0 would switch it off.
 pub(crate) struct Bus {
     can: Can<'static>,
 }
@@ -193,7 +192,7 @@ pub(crate) struct Bus {
 impl Bus {
     fn new(mut can: Can<'static>) -> Self {
         // One poll leaves sleep mode and switches recovery from bus-off on. The controller then joins the bus by
-        // itself, when it has seen it idle; frames wait in the mailboxes until then, nobody else does.
+        // itself, once the bus was idle; until then frames wait in the mailboxes and no code waits.
         let _ = embassy_futures::poll_once(can.enable());
         Bus { can }
     }
@@ -210,7 +209,7 @@ impl FrameSink for Bus {
             if mailboxes.abrq(n) {
                 return Offer::Busy;
             }
-            // embassy's abort spins until an attempt under way has ended; here the next offer looks again
+            // embassy's abort spins until an attempt under way has ended; here the next offer checks again
             pac::CAN1.tsr().write(|w| w.set_abrq(n, true));
             return Offer::Withdrawing;
         }
@@ -219,7 +218,7 @@ impl FrameSink for Bus {
             return Offer::Busy;
         }
         let frame = StandardId::new(frame.id).and_then(|id| Frame::new_data(id, &frame.data).ok());
-        // an identifier of more than 11 bits, which no publisher makes, is nothing a bus could carry
+        // an identifier of more than 11 bits cannot be sent; no publisher makes one
         let Some(frame) = frame else { return Offer::Taken };
         match self.can.try_write(&frame) {
             Ok(_) => Offer::Taken,
@@ -248,7 +247,7 @@ pub(crate) struct Ears {
 }
 
 impl Ears {
-    /// Accepts what is for this node: requests, and askings about bursts.
+    /// Accepts the frames for this node: service requests, and asking frames of bursts.
     pub(crate) fn listen(&mut self, node: NodeId) {
         let entry = |base: u16| {
             let id = StandardId::new(base + u16::from(node.get())).unwrap_or(StandardId::ZERO);
@@ -268,7 +267,7 @@ impl FrameSource for Ears {
                         return frame;
                     }
                 }
-                // as long as the bus is in error there is one at once
+                // while the bus is in error, every read returns an error at once
                 Err(_) => Timer::after_micros(super::IN_ERROR_US).await,
             }
         }

@@ -29,7 +29,7 @@ use super::Links;
 /// The board, as heartbeats name it.
 pub(crate) const KIND: BoardKind = BoardKind::Stm32g474;
 
-/// Both channels of DMA1 get their requests through the multiplexer.
+/// Two channels of DMA1; the multiplexer routes their requests.
 pub(super) type CodesDma = DMA1_CH1;
 pub(super) type CountsDma = DMA1_CH2;
 
@@ -50,11 +50,11 @@ const BIT_TIMING: NominalBitTiming = NominalBitTiming {
     sync_jump_width: NonZeroU8::new(1).unwrap(),
 };
 
-/// Two halves of the last 128 KiB for parameter images, 32 pages each, all in the second bank: the program runs on from the
-/// first while they are written.
+/// Two halves of the last 128 KiB for parameter images, 32 pages each, all in the second bank: while they are written,
+/// the program runs on from the first.
 pub(super) const IMAGE_REGIONS: [u32; 2] = [0x0806_0000, 0x0807_0000];
 
-/// Bytes of either.
+/// Bytes of each region.
 pub(super) const IMAGE_REGION: u32 = 64 * 1024;
 
 bind_interrupts!(pub(super) struct Irqs {
@@ -68,7 +68,7 @@ pub(super) fn codes_request(channel: &CodesDma) -> Request {
     RxDma::<ADC1>::request(channel)
 }
 
-/// Clocks and drivers; nothing runs yet but amplifier and bus controller.
+/// Sets up clocks and drivers; only amplifier and bus controller run yet.
 pub(super) fn start() -> (Converter, Links, (Bus, Ears), Peri<'static, IWDG>, Flash<'static, Blocking>) {
     static AMPLIFIER: StaticCell<OpAmp<'static, OPAMP1>> = StaticCell::new();
     let mut config = Config::default();
@@ -85,7 +85,7 @@ pub(super) fn start() -> (Converter, Links, (Bus, Ears), Peri<'static, IWDG>, Fl
         counts: p.DMA1_CH2,
     };
     let mut can = CanConfigurator::new(p.FDCAN1, p.PA11, p.PA12, Irqs);
-    // nothing is accepted until the node is known: the block acknowledges what others send and keeps none of it
+    // until the node is known nothing is accepted: the block acknowledges the frames of others and keeps none
     can.set_config(can.config().set_global_filter(GlobalFilter::reject_all()).set_nominal_bit_timing(BIT_TIMING));
     let (tx, rx, properties) = can.into_normal_mode().split();
     let bus = Bus { tx, holds: [None; MAILBOXES] };
@@ -112,12 +112,12 @@ fn clocks() -> rcc::Config {
     clocks
 }
 
-/// A double word of flash that its ECC cannot mend was read.
+/// Handler for a double word of flash that its ECC cannot correct.
 ///
-/// A save whose power was cut leaves such double words. They read as something, the CRC of the record or its commit
-/// does not fit that, and the image before counts: so reading goes on. Without this, the block would hang at every
-/// start. In the program's own bank nothing can be believed any more, and any other cause (the clock, parity of the RAM)
-/// is as bad.
+/// A save that is cut by power loss leaves such double words. Their content is arbitrary, so the CRC of the record or
+/// its commit does not match and the previous image counts: reading goes on. Without this, the block would hang at
+/// every start. In the program's own bank nothing can be trusted any more, and any other cause (clock, parity of the
+/// RAM) is as bad.
 ///
 /// # Safety
 /// Called by the processor only.
@@ -125,7 +125,7 @@ fn clocks() -> rcc::Config {
 unsafe fn NonMaskableInt() {
     let found = pac::FLASH.eccr().read();
     if found.eccd() && found.bk_ecc() && !found.sysf_ecc() {
-        // flags are cleared by a written one; the register holds the first error until then
+        // writing 1 clears a flag; the register holds the first error until then
         pac::FLASH.eccr().write(|w| {
             w.set_eccd(true);
             w.set_eccie(found.eccie());
@@ -139,7 +139,7 @@ unsafe fn NonMaskableInt() {
 pub(super) fn take_reset_cause() -> ResetCause {
     let flags = pac::RCC.csr().read();
     pac::RCC.csr().modify(|w| w.set_rmvf(true));
-    // every reset pulls the pin: the most special flag counts; power-on and brown-out are one flag here
+    // every reset pulls the pin: the most specific flag counts; power-on and brown-out are one flag here
     if flags.borrstf() {
         ResetCause::PowerOn
     } else if flags.iwdgrstf() {
@@ -161,13 +161,13 @@ pub(super) fn take_reset_cause() -> ResetCause {
 ///
 /// Set up register by register, like that of the other board, so that both run the same sampler.
 pub(super) struct Converter {
-    /// Kept alive: embassy switches the amplifier off when its output is dropped, which making a channel of it does.
+    /// Kept alive: embassy switches the amplifier off when its output is dropped, also by turning it into a channel.
     _bridge: OpAmpInternalOutput<'static, OPAMP1>,
 }
 
 impl Converter {
     fn new(adc: Peri<'static, ADC1>, bridge: OpAmpInternalOutput<'static, OPAMP1>, temperature: u8) -> Self {
-        // clocks, calibrates and enables it; on this chip its drop does nothing
+        // clocks, calibrates and enables it; on this chip dropping it does nothing
         let _ = Adc::new(adc, AdcConfig::default());
         let adc = pac::ADC1;
         adc.sqr1().modify(|w| w.set_l(CHANNELS as u8 - 1));
@@ -186,7 +186,7 @@ impl Converter {
         Converter { _bridge: bridge }
     }
 
-    /// Waits for the timer, overruns forgotten. Starts nothing by itself.
+    /// Arms the converter for the timer and clears overruns. Starts no conversion by itself.
     pub(super) fn listen(&mut self) {
         let adc = pac::ADC1;
         adc.isr().write(|w| {
@@ -198,12 +198,12 @@ impl Converter {
         adc.cr().modify(|w| w.set_adstart(true));
     }
 
-    /// Whether a conversion was lost; the converter then asks for no transfer any more.
+    /// Whether a conversion was lost; the converter then requests no more transfers.
     pub(super) fn overran() -> bool {
         pac::ADC1.isr().read().ovr()
     }
 
-    /// Breaks off whatever it does; takes some cycles of the converter's clock.
+    /// Stops it; takes some cycles of the converter's clock.
     pub(super) fn halt() {
         let adc = pac::ADC1;
         if adc.cr().read().adstart() {
@@ -220,7 +220,7 @@ const MAILBOXES: usize = 3;
 /// and recovery from bus-off are embassy's defaults, on.
 pub(crate) struct Bus {
     tx: CanTx<'static>,
-    /// identifier last written to each buffer; whether it still waits is the controller's to say
+    /// identifier last written to each buffer; the controller knows whether it still waits
     holds: [Option<u16>; MAILBOXES],
 }
 
@@ -244,7 +244,7 @@ impl FrameSink for Bus {
             return Offer::Busy;
         }
         let classic = StandardId::new(frame.id).and_then(|id| Frame::new_data(id, &frame.data).ok());
-        // an identifier of more than 11 bits, which no publisher makes, is nothing a bus could carry
+        // an identifier of more than 11 bits cannot be sent; no publisher makes one
         let Some(classic) = classic else { return Offer::Taken };
         // there is room, so the first poll writes
         match embassy_futures::poll_once(self.tx.write(&classic)) {
@@ -280,7 +280,7 @@ pub(crate) struct Ears {
 }
 
 impl Ears {
-    /// Accepts what is for this node: requests, and askings about bursts.
+    /// Accepts the frames for this node: service requests, and asking frames of bursts.
     pub(crate) fn listen(&mut self, node: NodeId) {
         let id = |base: u16| StandardId::new(base + u16::from(node.get())).unwrap_or(StandardId::ZERO);
         let both = StandardFilter {
@@ -300,7 +300,7 @@ impl FrameSource for Ears {
                         return frame;
                     }
                 }
-                // as long as the bus is in error there is one at once
+                // while the bus is in error, every read returns an error at once
                 Err(_) => Timer::after_micros(super::IN_ERROR_US).await,
             }
         }

@@ -9,8 +9,8 @@
 //! | bus RX, TX, 500 kbit/s | PB8, PB9 (CAN1) | PA11, PA12 (FDCAN1, classical frames) |
 //!
 //! Both sample alike: TIM2 overflows 1600 times a second. The overflow starts a scan of two conversions, whose
-//! results go to one ring in memory, and at the same instant has the memory controller copy TIM3's count to a
-//! second ring. The processor takes no part in it, so force and position have one clock and no jitter.
+//! results go to one ring in memory, and at the same instant makes the DMA copy TIM3's count to a second ring. The
+//! processor takes no part in it, so force and position have one clock and no jitter.
 #![allow(unsafe_code, reason = "registers and fixed addresses; each block says why it is sound")]
 
 use can_wire::{RawFrame, ResetCause};
@@ -49,7 +49,7 @@ compile_error!("choose a board: --features board-f405 or --features board-g474")
 
 pub(crate) use chip::{Bus, Ears, KIND};
 
-/// Everything the runners are given.
+/// Everything that the runners use of the board.
 pub(crate) struct Board {
     pub(crate) sampler: Sampler,
     pub(crate) bus: Bus,
@@ -62,13 +62,13 @@ pub(crate) struct Board {
     pub(crate) unique: [u32; 3],
 }
 
-/// Brings the board up, with the watchdog running from here on. To be called once.
+/// Starts the board; the watchdog runs from here on. To be called once.
 pub(crate) fn start() -> Board {
     // before anything else may clear the flags
     let reset_cause = chip::take_reset_cause();
     let boot_count = boots::count(reset_cause);
     let (converter, links, (bus, ears), iwdg, flash) = chip::start();
-    // may take two seconds where it has to erase, and so comes before the watchdog
+    // may take two seconds if it has to erase, so it runs before the watchdog does
     let mut images = image_store(flash);
     if images.prepare().is_err() {
         defmt::error!("no room for the next parameter image: the flash does not erase");
@@ -107,7 +107,7 @@ fn whole(frame: &Frame) -> Option<RawFrame> {
     Some(RawFrame { id: id.as_raw(), data })
 }
 
-/// What the sampler is connected by.
+/// Peripherals that connect the sampler.
 struct Links {
     trigger: Peri<'static, TIM2>,
     encoder: Qei<'static, TIM3>,
@@ -115,7 +115,7 @@ struct Links {
     counts: Peri<'static, chip::CountsDma>,
 }
 
-/// Two halves of one block each: the memory controller fills one while the other is read.
+/// Two halves of one block each: the DMA fills one while the other is read.
 const CODES: usize = 2 * CHANNELS * SAMPLES_PER_BLOCK;
 const COUNTS: usize = 2 * SAMPLES_PER_BLOCK;
 
@@ -150,8 +150,8 @@ impl Sampler {
 impl SampleSource for Sampler {
     type Run<'a> = Run<'a>;
 
-    /// Both rings begin at their first place and are armed before the timer starts, and nothing but the timer
-    /// triggers anything, so item n of the one belongs to item n of the other as long as neither is disturbed.
+    /// Both rings begin at their first place and are armed before the timer starts, and only the timer triggers
+    /// transfers. So item n of one belongs to item n of the other as long as neither is disturbed.
     fn start(&mut self) -> Run<'_> {
         let (channel, ring) = &mut self.codes;
         let request = chip::codes_request(channel);
@@ -190,7 +190,7 @@ pub(crate) struct Run<'a> {
 
 impl SampleRun for Run<'_> {
     async fn block(&mut self, into: &mut Samples) -> Result<(), Interruption> {
-        // the last count of a block is there before the last code of it, so the second one never waits
+        // the last count of a block arrives before its last code, so the second read never waits
         self.codes.read_exact(&mut into.codes).await.map_err(|_| Interruption::RingOverrun)?;
         self.counts.read_exact(&mut into.counts).await.map_err(|_| Interruption::RingOverrun)?;
         if chip::Converter::overran() { Err(Interruption::ConverterOverrun) } else { Ok(()) }
@@ -200,16 +200,16 @@ impl SampleRun for Run<'_> {
 impl Drop for Run<'_> {
     fn drop(&mut self) {
         self.trigger.stop();
-        // takes back a request that was not served any more; it would be the next run's first count
+        // withdraws a request that was not served; it would become the next run's first count
         self.trigger.enable_update_dma(false);
         chip::Converter::halt();
     }
 }
 
-/// The parameter images, through the flash driver: what saves them.
+/// Store that saves the parameter images through the flash driver.
 pub(crate) type ImageStore = Store<'static, Flash<'static, Blocking>>;
 
-/// Where flash begins.
+/// Address at which flash begins.
 const FLASH_BASE: u32 = 0x0800_0000;
 
 fn image_store(flash: Flash<'static, Blocking>) -> ImageStore {
@@ -218,15 +218,15 @@ fn image_store(flash: Flash<'static, Blocking>) -> ImageStore {
     Store::new(flash, offsets, chip::IMAGE_REGION, PLACE.take())
 }
 
-/// The parameter images, as they lie in memory. Read at start-up only, before anything could be saved.
+/// The parameter images as mapped into memory. Read at start-up only, before anything could be saved.
 pub(crate) struct ParameterFlash;
 
 impl Storage for ParameterFlash {
     fn regions(&self) -> [&[u8]; 2] {
         chip::IMAGE_REGIONS.map(|address| {
             let start = core::ptr::with_exposed_provenance::<u8>(address as usize);
-            // SAFETY: whole sectors of the chip's flash behind the image, readable byte by byte from reset to reset; what
-            // is read at start-up is dropped before a store may write there.
+            // SAFETY: whole sectors of the chip's flash behind the image, readable byte by byte from reset to reset;
+            // what is read at start-up is dropped before a store may write there.
             unsafe { core::slice::from_raw_parts(start, chip::IMAGE_REGION as usize) }
         })
     }

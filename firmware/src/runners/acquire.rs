@@ -1,4 +1,4 @@
-//! Keeps the sampler running and turns what it delivers into numbered blocks.
+//! Acquire: keeps the sampler running and turns its samples into numbered blocks.
 
 use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::RawMutex;
@@ -13,8 +13,8 @@ use crate::timeline::{BLOCK_US, Timeline};
 /// Blocks that may wait for the estimator.
 pub const DEPTH: usize = 2;
 
-/// A run that delivers nothing for this long is given up, µs. A converter that stopped raises no error
-/// anywhere else: its memory transfer just waits. Blocks come every 10 ms to within a fraction of one.
+/// Time without a block after which a run is given up, µs. A converter that stopped raises no error anywhere else: its
+/// DMA just waits. Blocks come every 10 ms to within a fraction of that.
 const TIMEOUT_US: u64 = 2 * BLOCK_US;
 
 /// Pause before the next run, µs, so that a sampler which fails at once leaves time for everyone else.
@@ -22,14 +22,14 @@ const PAUSE_US: u64 = BLOCK_US;
 
 /// Samples in, blocks out.
 ///
-/// After any interruption the sampler starts from scratch and the ticks jump by the time lost, so that
-/// whoever reads the blocks sees the gap. A block that finds no room is lost the same way.
+/// After any interruption the sampler starts from scratch and the ticks jump by the time lost, so that every reader of
+/// the blocks sees the gap. A block that finds no room is lost the same way.
 pub struct Acquire<'a, M: RawMutex, S, C> {
     /// The sampler.
     pub source: S,
-    /// Where blocks go.
+    /// Output of blocks.
     pub blocks: Sender<'a, M, RawBlock, DEPTH>,
-    /// Where copies go, for bursts; one that finds no room is missing there and nowhere else.
+    /// Output of copies for bursts; a copy that finds no room is missing in the burst only.
     pub copies: Sender<'a, M, RawBlock, DEPTH>,
     /// Time.
     pub clock: C,
@@ -45,7 +45,7 @@ impl<M: RawMutex, S: SampleSource, C: Clock> Acquire<'_, M, S, C> {
         loop {
             let mut run = self.source.start();
             timeline.resume(self.clock.now_us());
-            // a sampler that stays silent is told of once
+            // a sampler that stays silent is logged once
             let mut delivers = false;
             loop {
                 let deadline = self.clock.sleep_until(self.clock.now_us() + TIMEOUT_US);
@@ -116,7 +116,7 @@ mod tests {
         }
     }
 
-    /// Runs the script for `for_us` and answers the ticks that came out, with the sampler's starts.
+    /// Runs the script for `for_us` and returns the ticks of the blocks, with the number of starts of the sampler.
     fn ticks(script: Vec<Event>, for_us: u64) -> (Vec<u32>, usize) {
         let desk = Desk::new();
         let liveness = Liveness::new();
@@ -138,7 +138,7 @@ mod tests {
     #[test]
     fn an_overrun_restarts_the_sampler_and_shows_in_the_ticks() {
         let script = vec![Event::Block, Event::Block, Event::Overrun, Event::Block, Event::Block];
-        // blocks end at 10 and 20 ms; the overrun is met at 30 ms, the next run starts at 40 ms with tick 4
+        // blocks end at 10 and 20 ms; the overrun is found at 30 ms, the next run starts at 40 ms with tick 4
         assert_eq!(ticks(script, 61_000), (vec![0, 1, 4, 5], 2));
     }
 

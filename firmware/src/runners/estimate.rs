@@ -1,4 +1,4 @@
-//! Runs the pipeline over the blocks, and says so when no blocks come.
+//! Estimate: runs the pipeline over the blocks, and reports `stale` when no blocks come.
 
 use can_wire::Publisher;
 use can_wire::burst::Order;
@@ -19,22 +19,22 @@ use crate::runners::acquire::DEPTH;
 use crate::timeline::BLOCK_US;
 use crate::{Frames, process_block};
 
-/// Publishing periods without an estimate before the bus is told that nothing new is known.
+/// Publishing periods without an estimate before `stale` is reported on the bus.
 const STALE_AFTER_PERIODS: u64 = 3;
 
-/// The burst that a block sends of itself when it notices that its model does not fit: the second before, and what
-/// follows, to the length that an order can have.
+/// The burst that a block sends by itself when it notices that its model does not fit: one minute, with the second
+/// before.
 pub const NOTICE: Order = Order { blocks: NOTICE_BLOCKS, past: 100, asked: false };
 
-/// A minute.
+/// Blocks of one minute.
 const NOTICE_BLOCKS: u16 = 6000;
 
-/// What the publisher is told, at the publishing rate.
+/// Report to the publisher, at the publishing rate.
 #[derive(Clone, Copy, Debug)]
 pub struct Report {
     /// The finished frames.
     pub frames: Frames,
-    /// Whether samples stand behind it.
+    /// Whether it is made from new samples.
     pub fresh: bool,
     /// Blocks lost since start-up.
     pub lost_blocks: u32,
@@ -44,26 +44,26 @@ pub struct Report {
     pub verdict: Verdict,
 }
 
-/// Blocks in, finished frames out. A report that was not fetched gives way to the next.
+/// Blocks in, finished frames out. A report that was not fetched is replaced by the next.
 ///
 /// Owner of the alive counters of the estimate and motion frames. They go on, with reason `stale`, when no
 /// samples come, so that a receiver can tell a blind block from a dead one.
 pub struct Estimate<'a, M: RawMutex, C> {
-    /// The checked model, as the parameter record has it; what is set on the block changes it.
+    /// The checked model from the parameter record; settings of the block change it.
     pub monitor: &'a mut Monitor,
-    /// What is set on the block; used from the next block on.
+    /// Settings of the block; used from the next block of samples on.
     pub tuning: &'a Signal<M, Settings>,
-    /// What samples change, some kilobytes.
+    /// State that samples change, some kilobytes.
     pub state: &'a mut State,
-    /// What it remembers of how the model fits.
+    /// State of the check whether the model fits.
     pub watch: &'a mut Watch,
     /// Makes the frames.
     pub publisher: Publisher,
-    /// Where blocks come from.
+    /// Input of blocks.
     pub blocks: Receiver<'a, M, RawBlock, DEPTH>,
-    /// Where reports go.
+    /// Output of reports.
     pub reports: &'a Signal<M, Report>,
-    /// Where a burst is ordered when the model stops fitting.
+    /// Output of the order for a burst, when the model stops fitting.
     pub notices: &'a Signal<M, Order>,
     /// Time.
     pub clock: C,
@@ -151,7 +151,7 @@ impl Tunable {
     }
 }
 
-/// Puts what was set into the model; where that would make an illegal one, the model stays.
+/// Puts the settings into the model; where that would make an illegal one, the model stays.
 #[inline(never)]
 fn tune(monitor: &mut Monitor, of_record: Tunable, settings: &Settings) {
     let in_use = Tunable::of(monitor.params());
@@ -160,12 +160,12 @@ fn tune(monitor: &mut Monitor, of_record: Tunable, settings: &Settings) {
         publish_every_blocks: settings.publish_every_blocks.unwrap_or(of_record.publish_every_blocks),
     };
     if tuned.put_into(monitor).is_err() {
-        // legal before, and so again
+        // was legal before, so this succeeds
         let _ = in_use.put_into(monitor);
     }
 }
 
-/// One step of the watch on the model, at the publishing rate. A function of its own, so that its cost can be counted.
+/// One step of the check of the model, at the publishing rate. A function of its own, so that its cost can be measured.
 #[inline(never)]
 pub fn watch_fit(fit: &Consistency, watch: &mut Watch, frames: &Frames, state: &State) {
     fit.step(watch, &frames.known, state.working_point());
@@ -308,7 +308,7 @@ mod tests {
                     tuning.signal(Settings { publish_every_blocks: Some(2), ..Settings::DELIVERED });
                 }
                 if tick == 30 {
-                    // a zero beyond the converter's range makes no legal model: the one in use stays
+                    // a zero beyond the converter's range makes an illegal model: the one in use stays
                     tuning.signal(Settings { zero_shift_sixteenths: i16::MAX, ..Settings::DELIVERED });
                 }
             }

@@ -1,4 +1,4 @@
-//! Puts on the bus what the block knows, when it is due, and never waits for the bus.
+//! Publish: sends the block's frames when they are due, and never waits for the bus.
 
 use core::sync::atomic::Ordering;
 
@@ -17,38 +17,38 @@ use crate::ports::{Clock, FrameSink, Offer};
 use crate::runners::estimate::Report;
 use crate::schedule::Every;
 
-/// Heartbeats, µs.
+/// Period of heartbeats, µs.
 const HEARTBEAT_US: u64 = 500_000;
 
-/// Fault frames while nothing changes, µs.
+/// Period of fault frames while nothing changes, µs.
 const FAULT_US: u64 = 1_000_000;
 
-/// Two fault or state frames are at least this far apart, µs: reasons that flicker must not fill the bus.
+/// Least time between two fault or state frames, µs: reasons that flicker must not fill the bus.
 const PAUSE_US: u64 = 100_000;
 
-/// Ripple frames, µs; half a second off the fault frames.
+/// Period of ripple frames, µs; half a second behind the fault frames.
 const RIPPLE_US: u64 = 1_000_000;
 
-/// State frames while nothing changes, µs; a quarter of a second off the others.
+/// Period of state frames while nothing changes, µs; a quarter of a second off fault and ripple frames.
 const STATE_US: u64 = 1_000_000;
 
-/// Misfit frames, µs; three quarters of a second behind the fault frames.
+/// Period of misfit frames, µs; three quarters of a second behind the fault frames.
 const MISFIT_US: u64 = 1_000_000;
 
-/// Acting frames, µs; three eighths of a second behind the fault frames.
+/// Period of acting frames, µs; three eighths of a second behind the fault frames.
 const ACTING_US: u64 = 1_000_000;
 
-/// Log lines, µs.
+/// Period of log lines, µs.
 const LOG_US: u64 = 1_000_000;
 
-/// A controller without room is asked again after this time, µs: four frames at 500 kbit/s.
+/// Time after which a controller without room is tried again, µs: four frames at 500 kbit/s.
 const RETRY_US: u64 = 1_000;
 
 /// Frames of service and bursts that may wait.
 pub const OUTGOING: usize = 2;
 
-/// Reports in, frames on the bus; in between those of [`Serve`](crate::runners::serve::Serve), in their order and none
-/// of them displaced.
+/// Reports in, frames on the bus; in between it sends the frames of [`Serve`](crate::runners::serve::Serve), in their
+/// order and none of them displaced.
 ///
 /// Owner of the alive counters of the fault, acting, ripple, misfit, state and heartbeat frames.
 pub struct Publish<'a, M: RawMutex, F, C> {
@@ -56,19 +56,19 @@ pub struct Publish<'a, M: RawMutex, F, C> {
     pub sink: F,
     /// Makes the frames.
     pub publisher: Publisher,
-    /// Where reports come from.
+    /// Input of reports.
     pub reports: &'a Signal<M, Report>,
-    /// Frames of service and bursts.
+    /// Input of frames of service and bursts.
     pub outgoing: Receiver<'a, M, RawFrame, OUTGOING>,
-    /// What others know and want to know.
+    /// Facts shared with other runners.
     pub facts: &'a Facts,
-    /// What the heartbeat says; frames dropped and state are filled in here.
+    /// Content of the heartbeat; frames dropped and state are filled in here.
     pub health: Health,
     /// Hash of the active parameter image, 0 without one.
     pub image: u32,
     /// Travel per ball pass, m, for the ripple frame.
     pub wavelength_m: f32,
-    /// What the acting frame says.
+    /// Content of the acting frame.
     pub beside: Beside,
     /// Time.
     pub clock: C,
@@ -101,7 +101,7 @@ impl<M: RawMutex, F: FrameSink, C: Clock> Publish<'_, M, F, C> {
             if state.is_due(now_us, workings) {
                 outbox.put(Kind::State, self.publisher.state(&workings));
             }
-            // also while no report comes: which parameters it has does not depend on samples
+            // sent even while no report comes: the parameters do not depend on samples
             if acting.is_due(now_us) {
                 outbox.put(Kind::Acting, self.publisher.acting(&self.beside));
             }
@@ -134,7 +134,7 @@ impl<M: RawMutex, F: FrameSink, C: Clock> Publish<'_, M, F, C> {
             self.facts.frames_dropped.set(outbox.dropped());
             self.liveness.report(Member::Publish);
 
-            // while the controller is busy it is looked at often: a bus-off lasts three milliseconds
+            // a busy controller is checked often: a bus-off lasts only three milliseconds
             let all_out = outbox.is_empty() && serving.is_none() && self.sink.is_idle();
             let retry_us = if all_out { REPORT_WITHIN_US / 2 } else { RETRY_US };
             let wake_us = heartbeat.next_us().min(now_us + retry_us);
@@ -149,7 +149,7 @@ impl<M: RawMutex, F: FrameSink, C: Clock> Publish<'_, M, F, C> {
                     outbox.put(Kind::Estimate, report.frames.estimate);
                     outbox.put(Kind::Motion, report.frames.motion);
                     self.facts.lost_blocks.set(report.lost_blocks);
-                    // silence later on is what the estimate tells; going back to boot-up would look like a reset
+                    // later silence is reported by the estimate; going back to boot-up would look like a reset
                     self.health.operational |= report.fresh;
                     newest = Some(report);
                 }
@@ -191,7 +191,7 @@ impl BusWatch {
     }
 }
 
-/// When a fault or state frame is due: every second, and soon after a change of what it says.
+/// When a fault or state frame is due: every second, and soon after its content changes.
 #[derive(Clone, Copy, Debug)]
 struct Plan<T> {
     repeat: Every,
@@ -217,7 +217,7 @@ impl<T: PartialEq> Plan<T> {
     }
 }
 
-/// The line of the second.
+/// Writes the log line, once a second.
 fn say(report: &Report, dropped: u32) {
     let known = &report.frames.known;
     let reason = known.reasons.first().map_or("trusted", |r| r.name());
@@ -338,7 +338,7 @@ mod tests {
         // beside estimate, motion and fault or ripple it is the fourth: it waits for a mailbox
         assert_eq!(times(&bus, Kind::Heartbeat), [0, 501, 1001, 1501, 2001, 2501, 3001]);
         assert_eq!(times(&bus, Kind::Ripple), every(500, 1000));
-        // at the first look after it was due
+        // at the first check after it was due
         assert_eq!(times(&bus, Kind::State), [251, 1251, 2251]);
         assert_eq!(times(&bus, Kind::Fault), [100, 1000, 2000, 3000]);
         assert_eq!(times(&bus, Kind::Misfit), every(751, 1000));
@@ -399,7 +399,7 @@ mod tests {
             .collect();
         let [first, changed, regular, warned, alarmed] = told[..] else { panic!("{told:?}") };
         assert_eq!(first, (251, 0xABCD, 0, LimitState::NotJudged));
-        // within the time between two looks
+        // within the time between two checks
         assert!((600..=650).contains(&changed.0) && changed.2 == 1, "{changed:?}");
         assert_eq!((regular.0, regular.2), (1251, 1));
         // behind estimate, motion and fault it waits for a mailbox

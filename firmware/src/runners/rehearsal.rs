@@ -1,4 +1,4 @@
-//! The world as tests need it: a clock that jumps to the next thing due, a sampler with a script, a bus
+//! Test doubles of the ports: a clock that jumps to the next event, a sampler with a script, a bus
 //! controller with three mailboxes.
 
 use std::cell::{Cell, RefCell};
@@ -29,7 +29,7 @@ impl Desk {
         let mut future = pin!(future);
         let mut context = Context::from_waker(Waker::noop());
         while self.now_us.get() <= until_us {
-            // messages between runners need no time, but a few rounds
+            // messages between runners take no time, but a few rounds of polling
             for _ in 0..4 {
                 self.next_us.set(u64::MAX);
                 let _ = future.as_mut().poll(&mut context);

@@ -1,4 +1,4 @@
-//! Answers service messages, carries out what they ask for, and sends bursts.
+//! Serve: answers service messages, carries out their actions, and sends bursts.
 
 use core::sync::atomic::Ordering;
 
@@ -20,25 +20,25 @@ use crate::runners::acquire::DEPTH;
 use crate::runners::publish::OUTGOING;
 use crate::standing::{Standing, ZeroTaking};
 
-/// Segments of the ring: a second and more of motion.
+/// Segments of the ring: more than a second of motion.
 pub const RING: usize = 512;
 
 /// Time a frame takes on the bus at 500 kbit/s, µs.
 const FRAME_US: u64 = FRAME_BITS as u64 * 1_000_000 / 500_000;
 
-/// Frames that a burst may be behind its share of the bus and make up for.
+/// Frames by which a burst may lag behind its share of the bus and still catch up.
 const BEHIND: u64 = 3;
 
-/// While there is something to send, one looks again after this time, µs.
+/// Time between two attempts to send while there is something to send, µs.
 const BUSY_US: u64 = 1_000;
 
-/// Time for the answer to leave before the block starts anew, µs.
+/// Time for the answer to leave before the block restarts, µs.
 const FAREWELL_US: u64 = 50_000;
 
-/// What does not change while the block runs.
+/// Facts that do not change while the block runs.
 #[derive(Clone, Copy, Debug)]
 pub struct Identity {
-    /// What the firmware runs on.
+    /// Board that the firmware runs on.
     pub board: BoardKind,
     /// The chip's unique identifier, lowest word first.
     pub unique: [u32; 3],
@@ -50,21 +50,21 @@ pub struct Identity {
     pub boot_count: u16,
     /// Hash of the active parameter image, 0 without one.
     pub active_image: u32,
-    /// Blocks between two estimates as that image says.
+    /// Blocks between two estimates according to that image.
     pub publish_every_blocks: u16,
-    /// Zero of the force converter as that image says, codes.
+    /// Zero of the force converter according to that image, codes.
     pub zero_code: f32,
 }
 
 /// Requests and copies of the samples in, answers and burst frames out.
 ///
-/// Its steps are functions of their own, so that what they need for a moment is not on the stack of every poll.
+/// Its steps are separate functions, so that their temporaries are not on the stack of every poll.
 pub struct Serve<'a, M: RawMutex, R, K, T, C> {
-    /// Where requests come from.
+    /// Input of requests.
     pub source: R,
-    /// Where things are kept.
+    /// Store for image and settings.
     pub keep: K,
-    /// How the chip is started anew.
+    /// Restart of the chip.
     pub restart: T,
     /// The object server, some kilobytes.
     pub server: &'a mut Server,
@@ -72,15 +72,15 @@ pub struct Serve<'a, M: RawMutex, R, K, T, C> {
     pub sender: &'a mut Sender<RING>,
     /// Copies of the samples.
     pub blocks: channel::Receiver<'a, M, RawBlock, DEPTH>,
-    /// Bursts that the block itself wants, because it noticed something.
+    /// Bursts that the block itself orders, because its model does not fit.
     pub notices: &'a Signal<M, Order>,
     /// Frames for the bus.
     pub outgoing: channel::Sender<'a, M, RawFrame, OUTGOING>,
     /// Settings for the estimator.
     pub tuning: &'a Signal<M, Settings>,
-    /// What others know and want to know.
+    /// Facts shared with other runners.
     pub facts: &'a Facts,
-    /// What never changes.
+    /// Facts that do not change.
     pub identity: Identity,
     /// Time.
     pub clock: C,
@@ -88,7 +88,7 @@ pub struct Serve<'a, M: RawMutex, R, K, T, C> {
     pub liveness: &'a Liveness,
 }
 
-/// What is still to be done.
+/// Work that is still to be done.
 #[derive(Default)]
 struct Pending {
     answer: Option<RawFrame>,
@@ -133,7 +133,7 @@ impl<M: RawMutex, R: FrameSource, K: Keep, T: Restart, C: Clock> Serve<'_, M, R,
             let busy = pending.answer.is_some() || self.sender.state() != State::Idle;
             let pause_us = if busy { BUSY_US } else { REPORT_WITHIN_US / 2 };
             let wake_us = pending.restart_at_us.unwrap_or(u64::MAX).min(now_us + pause_us);
-            // while an answer waits no further request is taken
+            // while an answer waits no further request is accepted
             let request = async {
                 match pending.answer {
                     None => self.source.frame().await,
@@ -153,7 +153,7 @@ impl<M: RawMutex, R: FrameSource, K: Keep, T: Restart, C: Clock> Serve<'_, M, R,
                     }
                 }
                 Either3::Third(()) => {
-                    // samples that stopped coming end a zero too
+                    // missing samples end the taking of a zero, too
                     if pending.zero.is_some() && !standing.is_standing(self.clock.now_us()) {
                         pending.zero = None;
                         self.zeroed(None);
@@ -167,7 +167,7 @@ impl<M: RawMutex, R: FrameSource, K: Keep, T: Restart, C: Clock> Serve<'_, M, R,
     fn take(&mut self, frame: &RawFrame, standing: &Standing, pending: &mut Pending) {
         let now_us = self.clock.now_us();
         if frame.id < REQUEST_BASE {
-            // what is not about this burst changes nothing
+            // a frame about another burst changes nothing
             let _ = self.sender.asked(frame, ms(now_us));
             return;
         }
@@ -182,7 +182,7 @@ impl<M: RawMutex, R: FrameSource, K: Keep, T: Restart, C: Clock> Serve<'_, M, R,
             self.identity;
         BlockState {
             moving,
-            // 136 years
+            // fits for 136 years
             uptime_s: (self.clock.now_us() / 1_000_000) as u32,
             error_register: self.facts.error_register.load(Ordering::Relaxed),
             board,
@@ -267,7 +267,7 @@ impl<M: RawMutex, R: FrameSource, K: Keep, T: Restart, C: Clock> Serve<'_, M, R,
         alive(self.keep.save(what, bytes), &self.clock, self.liveness).await
     }
 
-    /// Puts out as much of a burst as its share of the bus allows.
+    /// Sends as much of a burst as its share of the bus allows.
     #[inline(never)]
     fn send_burst(&mut self, share: &mut Share, answer_waits: bool) {
         share.earn(self.clock.now_us(), self.server.settings().burst_load_percent);
@@ -279,7 +279,7 @@ impl<M: RawMutex, R: FrameSource, K: Keep, T: Restart, C: Clock> Serve<'_, M, R,
         }
     }
 
-    /// Tells others what they want to know.
+    /// Updates the facts shared with other runners.
     #[inline(never)]
     fn tell(&self) {
         let uptime_s = (self.clock.now_us() / 1_000_000) as u32;
@@ -289,7 +289,7 @@ impl<M: RawMutex, R: FrameSource, K: Keep, T: Restart, C: Clock> Serve<'_, M, R,
     }
 }
 
-/// Waits for something to be saved and shows signs of life meanwhile.
+/// Waits for a save and shows signs of life meanwhile.
 async fn alive(
     saving: impl Future<Output = Result<(), KeepError>>,
     clock: &impl Clock,

@@ -1,14 +1,14 @@
-//! Feeds the watchdog as long as everybody works.
+//! Supervise: feeds the watchdog as long as all runners work.
 
 use crate::liveness::{Liveness, REPORT_WITHIN_US};
 use crate::ports::{Clock, Watchdog};
 
-/// Time the watchdog gives, nominally, µs.
+/// Nominal timeout of the watchdog, µs.
 pub const WATCHDOG_US: u32 = 500_000;
 
 /// Feeds only when acquire, estimate, publish and serve have all reported since the last feeding.
 pub struct Supervise<'a, W, C> {
-    /// The dog.
+    /// The watchdog.
     pub watchdog: W,
     /// Time.
     pub clock: C,

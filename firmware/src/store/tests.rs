@@ -11,14 +11,14 @@ const UNIT: usize = 2048;
 const REGIONS: [u32; 2] = [0, 2 * UNIT as u32];
 const LENGTH: u32 = 2 * UNIT as u32;
 
-/// What a cut does to the word or the erase unit that was under way.
+/// What a power cut does to the word or erase unit that was being written.
 #[derive(Clone, Copy, Debug)]
 enum Torn {
     /// Nothing of it happened.
     Nothing,
     /// Some bits of it, by chance of this seed.
     Some(u64),
-    /// All of it, but nobody was told.
+    /// All of it, but without a report of success.
     All,
 }
 
@@ -51,7 +51,7 @@ impl Flash {
         self.left = None;
     }
 
-    /// Counts an operation on these bytes, which would become `after`; the power may go within it.
+    /// Counts an operation on these bytes, which would become `after`; power may be cut within it.
     fn operate(&mut self, at: usize, after: &[u8]) -> Result<(), Refusal> {
         self.operations += 1;
         let cut = match &mut self.left {
@@ -146,7 +146,7 @@ fn found(flash: &Flash, images: &[&[u8]]) -> Option<usize> {
     images.iter().position(|image| parameters::decode(image) == Ok(decoded))
 }
 
-/// A block that has lived: a programmer's record and so many saves, with a restart wherever room was needed.
+/// A used flash: a programmer's record and `saves` saves, with a restart wherever room was needed.
 fn lived(saves: u32) -> Flash {
     let mut flash = Flash::new();
     let raw = image(0);
@@ -214,7 +214,7 @@ fn wherever_the_power_is_cut_the_old_or_the_new_image_is_found() {
                 } else {
                     news += 1
                 }
-                // and life goes on: the next start makes room, the next save succeeds
+                // operation goes on: the next start makes room, the next save succeeds
                 let found_generation = store.flash.stored().generation.unwrap();
                 store.prepare().unwrap();
                 assert_eq!(found(&store.flash, &[&old, &next]), Some(which), "making room lost the image");
@@ -227,7 +227,7 @@ fn wherever_the_power_is_cut_the_old_or_the_new_image_is_found() {
     assert!(cuts > 4000 && news > 0);
 }
 
-/// The same on a block that had none: it finds nothing, which is uncalibrated, or the whole image.
+/// The same on a block without an image: it finds nothing, and is uncalibrated, or the whole new image.
 #[test]
 fn a_first_save_that_is_cut_leaves_nothing_or_all() {
     let next = image(1);
@@ -262,7 +262,7 @@ fn every_flipped_bit_of_the_newest_gives_way_to_the_one_before() {
             bad.memory.copy_from_slice(&flash.memory);
             bad.memory[at + bit / 8] ^= 1 << (bit % 8);
             let which = found(&bad, &[&old, &new]).expect("one of them");
-            // the padding between record and commit means nothing
+            // the padding between record and commit has no meaning
             let matters = bit / 8 < new.len() || bit / 8 >= COMMIT_AT;
             assert_eq!(which, usize::from(!matters), "byte {}", bit / 8);
             fell_back += usize::from(which == 0);

@@ -37,7 +37,7 @@ impl Restart for Button {
     }
 }
 
-/// What a client does and what came of it.
+/// What a client received, and what became of its requests.
 #[derive(Default)]
 struct Seen {
     replies: Vec<Reply>,
@@ -76,8 +76,9 @@ fn block(tick: u32, moves_at_ms: u32) -> RawBlock {
     }
 }
 
-/// Runs a block and a client that says `script` one by one, each when the one before was answered; it asks for
-/// what of a burst is missing. Every eleventh frame of a burst is lost, and the bus is off when `off` says so.
+/// Runs a block and a client that sends the requests of `script` one by one, each when the previous one was answered,
+/// and asks for missing segments of a burst. Every eleventh frame of a burst is lost; the bus is off when `off` says
+/// so.
 fn converse(
     script: &[(u64, (&'static Object, RawFrame))],
     for_us: u64,
@@ -260,7 +261,7 @@ fn a_burst_is_complete_in_spite_of_loss_and_bus_off_and_keeps_its_share() {
     assert_eq!((trailer.blocks, trailer.dropped), (400, 0));
     assert_eq!(seen.facts.bus_offs.get(), seen.bus_offs);
     assert!(seen.bus_offs >= 18, "{}", seen.bus_offs);
-    // the share of any quarter of a second, and the frames it may be behind
+    // at most the share of any quarter of a second, plus the frames by which it may lag
     for (n, from_us) in seen.burst_frames.iter().enumerate() {
         let within = seen.burst_frames[n..].iter().take_while(|at| *at - from_us < 250_000).count();
         assert!(within as u64 * FRAME_US <= 250_000 / 5 + 6 * FRAME_US, "{within} at {from_us}");
@@ -307,7 +308,7 @@ fn a_zero_is_taken_at_rest_and_settings_are_kept_on_command() {
     let settings = Settings { zero_shift_sixteenths: 216, ..Settings::DELIVERED };
     assert_eq!(seen.settings, [settings]);
     assert_eq!(*seen.kept.borrow(), [(Kept::Settings, settings.to_bytes().to_vec())]);
-    // what was not kept is said
+    // a failure to keep them is reported
     let ask = [script[0], script[3], (2_500_000, read(Field::Save))];
     for (result, value) in [(Ok(()), 1), (Err(KeepError::NoStore), 0)] {
         let seen = converse(&ask, 4_000_000, u32::MAX, result, |_| false);
