@@ -9,11 +9,11 @@ use crate::{Error, Nanos};
 ///
 /// The board calls it at the start of the run and then at every instant it asked for.
 pub trait Bench: Send {
-    /// Acts on the pins at `now` and answers the instant to be called at next.
+    /// Acts on the pins at `now` and returns the instant of the next call.
     ///
-    /// An answer not after `now` means one nanosecond later. `None` ends the run. Between two calls
-    /// the board runs alone, so what must react fast has to step often; a thousand steps a second
-    /// cost little.
+    /// An instant not after `now` means one nanosecond later. `None` ends the run. Between two calls
+    /// the board runs alone, so a bench that must react fast has to step often; a thousand steps a
+    /// second cost little.
     fn step(&mut self, now: Nanos, pins: &mut Pins<'_>) -> Option<Nanos>;
 }
 
@@ -28,7 +28,7 @@ pub struct Pins<'a> {
 }
 
 impl Pins<'_> {
-    /// Puts a code on the force channel from now on: what a 12-bit conversion answers, exactly.
+    /// Puts a code on the force channel from now on: every 12-bit conversion returns exactly this.
     ///
     /// 0 to 4095; more is taken as 4095, as a saturated amplifier reads.
     pub fn force_code(&mut self, code: u16) {
@@ -78,8 +78,8 @@ impl Pins<'_> {
         self.hardware.lose_conversion();
     }
 
-    /// `FLASH_ECCR` of the STM32G474 says that a double word of its second bank was read that the ECC cannot mend. Nothing
-    /// on the STM32F405, whose flash has no ECC.
+    /// Makes `FLASH_ECCR` of the STM32G474 report that a double word of its second bank was read that the ECC cannot
+    /// correct. No effect on the STM32F405, whose flash has no ECC.
     ///
     /// The NMI that comes with it on silicon does not come: the emulated core has no line for it.
     pub fn find_flash_error(&mut self) {

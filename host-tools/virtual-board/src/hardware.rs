@@ -1,4 +1,4 @@
-//! What the driver of a run needs from either board.
+//! Interface of both boards to the driver of a run.
 
 use rigless::machine::Board;
 
@@ -16,7 +16,7 @@ pub(crate) trait Hardware: Board + 'static {
     fn move_encoder(&mut self, now: Nanos, counts: i64, by: Nanos);
     /// Delays the service of the converter's next word until the following one has overrun it.
     fn lose_conversion(&mut self);
-    /// Has the flash's ECC, if there is one, note an error that it cannot mend.
+    /// Has the flash's ECC, if there is one, report an error that it cannot correct.
     fn find_flash_error(&mut self);
     /// The bus outside the CAN controller.
     fn wire(&mut self) -> &mut Wire;

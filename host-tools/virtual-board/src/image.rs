@@ -1,4 +1,4 @@
-//! What the linker left in the image: symbols, section sizes, and who calls whom.
+//! Content of the linked image: symbols, section sizes, and calls.
 
 use std::collections::BTreeMap;
 
@@ -118,7 +118,7 @@ impl Symbols {
         self.by_name.iter().map(|(name, symbol)| (name.as_str(), *symbol))
     }
 
-    /// The addresses at which calls of the function at `target` come back: after each `bl` to it.
+    /// Return addresses of calls of the function at `target`: after each `bl` to it.
     pub(crate) fn returns_of(&self, target: u32) -> Vec<u32> {
         let mut returns = Vec::new();
         for (base, bytes) in &self.code {

@@ -2,9 +2,9 @@
 //!
 //! A [`VirtualBoard`] takes the ELF file as it would be flashed, a [`Bench`] plays the world around
 //! it (force and temperature codes, encoder movement, the other nodes on the bus), and the
-//! [`Outcome`] holds what left the board and what went on inside: CAN frames with their times, the
+//! [`Outcome`] holds what left the board and what happened inside: CAN frames with their times, the
 //! log, restarts, every raw sample as the hardware took it, and what the image cost in
-//! instructions and stack. Same inputs, same outputs, byte for byte.
+//! instructions and stack. Same inputs give same outputs, byte for byte.
 //!
 //! The core and most of the STM32F405 are those of the emulator `rigless`; the STM32G474's
 //! peripherals and both CAN controllers are this crate's.
@@ -28,14 +28,14 @@
 //!
 //! - **Time.** The core retires one instruction a clock cycle: no wait states, no pipeline, no bus
 //!   contention. Instruction counts are exact, durations of code are lower bounds.
-//! - **Analogue.** The bench names 12-bit codes and the converter answers them exactly. Noise,
-//!   gain, offset, settling and source impedance are the bench's to add. The F405's force channel
+//! - **Analogue.** The bench sets 12-bit codes and the converter returns them exactly. Noise,
+//!   gain, offset, settling and source impedance are for the bench to add. The F405's force channel
 //!   is PA0 and its temperature channel PA1; the G474's are PA1 through OPAMP1, and PA0.
-//! - **Encoder.** Edges reach the timer when something looks at it, all due edges in order, so the
-//!   count is right at every look and each sample; the input filter delays nothing.
+//! - **Encoder.** Edges reach the timer when something reads it, all due edges in order, so the
+//!   count is right at every read and each sample; the input filter delays nothing.
 //! - **Bus.** Frames have their real length on the wire with stuff bits. Errors exist as missing
-//!   acknowledgements and as bit errors on every frame sent, nothing finer. No frame of ours loses a
-//!   bit or arrives damaged at another node.
+//!   acknowledgements and as bit errors on every frame sent, nothing finer. No frame of the board
+//!   loses a bit or arrives damaged at another node.
 //! - **RAM** starts as zeros, which silicon's does not; it survives resets, as silicon's does.
 //! - **Oscillators** are exact. The watchdog's LSI is 32 kHz on both chips, where silicon spreads.
 //! - **Start-up of the log.** embassy's time driver sees a compare match at the start of its timer
@@ -44,7 +44,7 @@
 //! - The F405 is rigless' STM32F427: 2 MiB of flash and 192 KiB of SRAM answer where silicon has
 //!   1 MiB and 128 KiB. An image that does not fit the F405's flash is refused.
 //!
-//! What an image touches outside all this is listed in [`Outcome::gaps`].
+//! Accesses of an image to anything else are listed in [`Outcome::gaps`].
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 

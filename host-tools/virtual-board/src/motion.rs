@@ -1,4 +1,4 @@
-//! Where the encoder stands: a straight line in time from one count to another.
+//! Position of the encoder: a straight line in time from one count to another.
 
 use crate::Nanos;
 
@@ -21,7 +21,7 @@ impl Motion {
         *self = Self { from: self.at(now), to: counts, begins: now, ends: by };
     }
 
-    /// The count at `now`. Instants before the movement began answer its first count.
+    /// The count at `now`; before the movement began, its first count.
     pub(crate) fn at(&self, now: Nanos) -> i64 {
         if now >= self.ends {
             return self.to;

@@ -108,11 +108,11 @@ pub struct Outcome {
     pub stack_bytes: u32,
     /// Instruction counts of the functions asked for, by name.
     pub costs: BTreeMap<String, Cost>,
-    /// What the image touched and the emulated chip does not answer as silicon would.
+    /// Accesses of the image to which the emulated chip does not respond as silicon would.
     pub gaps: Vec<Gap>,
 }
 
-/// A register the image touched that no model stands behind.
+/// An access of the image to a register without a model.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Gap {
     /// Nothing answers at this address: silicon would fault or read zero, the emulator reads zero.

@@ -20,7 +20,7 @@ pub(crate) struct Terminal {
 }
 
 impl Terminal {
-    /// The terminal of an image, which takes nothing from an image without RTT.
+    /// The terminal of an image; of an image without RTT it takes nothing.
     pub(crate) fn find(symbols: &Symbols) -> Self {
         let block = symbols.find("_SEGGER_RTT").ok().map(|symbol| u64::from(symbol.address));
         Self { block, bytes: Vec::new() }

@@ -71,8 +71,7 @@ impl<'a> VirtualBoard<'a> {
         self
     }
 
-    /// Powers the board up and runs it until the bench ends the run. Answers what the run left
-    /// behind, and the bench.
+    /// Powers the board up and runs it until the bench ends the run. Returns the outcome and the bench.
     ///
     /// # Errors
     ///
@@ -162,8 +161,8 @@ fn refused(error: impl std::fmt::Display) -> Error {
 
 /// The words of the vector table, which both chips find at the start of their flash.
 fn vectors(image: &Image, chip: Chip) -> Vec<u32> {
-    /// More exceptions than either chip has; the words after the table are no odd code addresses
-    /// often enough to matter, and a watch too many costs nothing.
+    /// At least as many exceptions as either chip has. Words after the table are seldom code addresses, and a
+    /// needless watch costs nothing.
     const LONGEST_TABLE: usize = 16 + 102;
     let table = image.segments().find(|(address, _)| *address == u64::from(chip.flash().start));
     let words = table.map(|(_, bytes)| bytes.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word)));
@@ -199,7 +198,7 @@ fn gaps<H: Hardware>(session: &Session<H>) -> Vec<Gap> {
     unmapped.chain(stored).collect()
 }
 
-/// The driver of a run: calls the bench, drains the log, keeps the books.
+/// The driver of a run: calls the bench, drains the log, records the outcome.
 struct Rig<B> {
     bench: B,
     terminal: Terminal,
@@ -246,7 +245,7 @@ impl<B: Bench> Rig<B> {
         self.hung.push((address, replaced));
     }
 
-    /// Undoes what does not outlive a power-up, once for each restart.
+    /// Undoes what does not survive a restart, once for each restart.
     fn note_restart<H: Hardware>(&mut self, session: &mut Session<H>, host: &mut dyn Host) {
         if session.resets().len() == self.resets_seen {
             return;
@@ -257,7 +256,7 @@ impl<B: Bench> Rig<B> {
         for (address, replaced) in std::mem::take(&mut self.hung) {
             let at = u64::from(address);
             match replaced {
-                // The region took the branch, so it takes the instruction back.
+                // The region accepted the branch, so it accepts the instruction again.
                 Some(instruction) => drop(host.program(at, Width::W16, instruction)),
                 None => {
                     session.unwatch(Watch::Instruction(at));

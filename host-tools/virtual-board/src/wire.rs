@@ -1,4 +1,4 @@
-//! The CAN bus outside the controller: who acknowledges, who else sends, what was heard.
+//! The CAN bus outside the controller: acknowledgement, frames of other nodes, frames sent.
 
 use std::collections::VecDeque;
 

@@ -1,4 +1,4 @@
-//! CAN1: the bxCAN of RM0090 chapter 32, which rigless has registers for and no model.
+//! CAN1: the bxCAN of RM0090 chapter 32, of which rigless has the registers but no model.
 //!
 //! Modes and their handshake, bit timing, three transmit mailboxes sent by identifier, abort, both
 //! receive FIFOs behind all 28 filter banks, missing acknowledgements, bit errors, bus-off and both
@@ -317,7 +317,7 @@ impl BxCan {
         }
     }
 
-    /// A reset's half that is not registers. The bus and what it has seen stay.
+    /// Resets the state beside the registers. The bus and its record stay.
     fn forget(&mut self) {
         let wire = std::mem::take(&mut self.wire);
         *self = Self { wire, clock_hz: self.clock_hz, lines: self.lines, ..Self::new() };

@@ -135,8 +135,8 @@ impl Mcu for Part {
         self.slow_down(at);
     }
 
-    /// Nothing of this part looks outside but the note of a trigger, which must come before the
-    /// settle that follows a poll carries the trigger on.
+    /// This part needs a poll only to note a trigger, which must happen before the settle after the
+    /// poll passes the trigger on.
     fn poll(&mut self, _: VirtualNanos) {
         self.note_trigger();
     }
@@ -164,7 +164,7 @@ pub(crate) struct F405 {
     part: Part,
 }
 
-/// A run of this board is not kept in snapshots.
+/// Empty: runs of this board are not kept in snapshots.
 impl Store for F405 {}
 
 impl F405 {

@@ -16,7 +16,7 @@ const VM_SEL_MASK: u64 = 0b11 << 5;
 const VM_SEL_PGA: u64 = 0b10 << 5;
 const OPAINTOEN: u64 = 1 << 8;
 
-/// OPAMP1 as a switch: the bench names codes at the converter, so the gain is none of its business.
+/// OPAMP1 as a switch: the bench sets codes at the converter, so the gain does not matter here.
 #[derive(Debug, Default)]
 pub(crate) struct Amplifier {
     connected: Level,

@@ -194,7 +194,7 @@ impl Converter {
             // Done at once.
             self.control &= !ADCAL;
         }
-        // A read-modify-write hands back the bits that stand, so a stop outranks the start beside it.
+        // A read-modify-write writes set bits back, so a stop outranks the start beside it.
         if value & ADDIS != 0 {
             if self.control & ADSTART == 0 {
                 self.control &= !ADEN;

@@ -2,7 +2,7 @@
 //!
 //! Source: RM0440 chapter 5, with the array as two banks of 2 KiB pages. Times are the datasheet's
 //! typical ones; the core is not stalled meanwhile, so code must wait for `BSY` as it should anyway.
-//! ECC: its register only, with an error when the bench says so; what is read then is what stands there.
+//! ECC: its register only, with an error when the bench says so; reads return the stored content.
 //! Not here: option bytes, write and read protection, mass erase, fast programming.
 
 use rigless::device::{Device, DeviceContext, Level, RegisterFile};
@@ -36,10 +36,10 @@ const EOPIE: u64 = 1 << 24;
 const ERRIE: u64 = 1 << 25;
 const LOCK: u64 = 1 << 31;
 
-/// An error that was not mended, and its being in the second bank.
+/// Flags of an uncorrectable error, and of its bank being the second.
 const ECCD: u64 = 1 << 31;
 const BK_ECC: u64 = 1 << 21;
-/// Flags that a written one clears.
+/// Flags that writing 1 clears.
 const ECC_FLAGS: u64 = 0b1111 << 28;
 
 const BASE: u64 = 0x0800_0000;
@@ -58,11 +58,11 @@ pub(crate) struct Flash {
     status: u64,
     /// The first word of a double word, until its second arrives.
     first: Option<(u64, u64)>,
-    /// The double word whose old content is being looked at.
+    /// The double word whose old content is being checked.
     checked: Option<Checked>,
     busy: Option<EventId>,
     line: Level,
-    /// What the ECC found and nobody has cleared.
+    /// ECC flags not cleared yet.
     ecc: u64,
 }
 
@@ -82,11 +82,11 @@ struct Checked {
     erased: bool,
 }
 
-/// Tokens of the reads that look at a double word before it is programmed.
+/// Tokens of the reads that check a double word before it is programmed.
 const LOOK: [u64; 2] = [1, 2];
 
 impl Flash {
-    /// A double word of the second bank was read that the ECC cannot mend.
+    /// A double word of the second bank was read that the ECC cannot correct.
     pub(crate) fn find_error(&mut self) {
         self.ecc = ECCD | BK_ECC;
     }
@@ -144,7 +144,7 @@ impl Device for Flash {
                 };
             }
             ECCR if self.ecc & value & ECC_FLAGS != 0 => self.ecc = 0,
-            // Every flag but BSY is cleared by a written one.
+            // Writing 1 clears every flag but BSY.
             SR => self.status &= !value | BSY,
             CR if self.unlocking != Unlocking::Open => registers.set(CR, 0),
             CR => {

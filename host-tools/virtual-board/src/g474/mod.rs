@@ -152,8 +152,8 @@ fn describe() -> Result<Bus, Error> {
         ("TIM5", Counter::Wide),
     ];
     for (timer, counter) in timers {
-        // What rigless corrects in the vendor's table for its own part: a status flag is cleared by
-        // a written zero, and the reload value is all ones out of reset.
+        // The corrections that rigless makes to the vendor's table for its own part: writing zero
+        // clears a status flag, and the reload value is all ones after reset.
         builder = builder
             .clocked_by(timer, clock(clocks::TIMER_CLOCK))
             .write_modify(timer, "SR", WriteModify::ZeroToClear)
@@ -244,8 +244,8 @@ impl Mcu for Part {
         self.slow_down(at);
     }
 
-    /// Nothing of this part looks outside but the note of a trigger, which must come before the
-    /// settle that follows a poll carries the trigger on.
+    /// This part needs a poll only to note a trigger, which must happen before the settle after the
+    /// poll passes the trigger on.
     fn poll(&mut self, _: VirtualNanos) {
         self.note_trigger();
     }
@@ -279,7 +279,7 @@ pub(crate) struct G474 {
     part: Part,
 }
 
-/// A run of this board is not kept in snapshots.
+/// Empty: runs of this board are not kept in snapshots.
 impl Store for G474 {}
 
 impl G474 {

@@ -5,8 +5,8 @@ use rigless::soc::{Access, Layout, ReadAction, RegisterSpec, Width, WriteModify}
 /// Words in one peripheral's block of 1 KiB.
 const WORDS: usize = 256;
 
-/// Readable, writable 32-bit words that hold what is written, from end to end of the block. What a
-/// register does beyond that is its model's.
+/// Readable, writable 32-bit words that hold what is written, over the whole block. Any further
+/// behaviour of a register is in its model.
 pub(crate) static BLOCK: [RegisterSpec; WORDS] = {
     const WORD: RegisterSpec = RegisterSpec {
         name: "word",

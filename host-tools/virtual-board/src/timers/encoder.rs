@@ -1,8 +1,8 @@
 //! The quadrature encoder on TIM3: rigless' timer behind two pins that follow a [`Motion`].
 //!
 //! The timer sees every edge, in quadrature order, so its encoder mode, polarity and direction are
-//! what the firmware configured. The edges due are put on the pins when something looks at the
-//! timer, the core or the DMA controller, and not each at its own instant: the counter has no other
+//! what the firmware configured. The edges due are put on the pins when the core or the DMA
+//! controller reads the timer, and not each at its own instant: the counter has no other
 //! observer, and a stop of the emulator for each of 20 000 edges a second would dominate the run.
 //!
 //! Two things follow. The input filter is bypassed (`ICxF` reads back, edges pass at once): its

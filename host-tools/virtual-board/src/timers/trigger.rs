@@ -1,8 +1,8 @@
 //! TIM2, which paces sampling: rigless' timer with its trigger output and its update request wired.
 //!
-//! rigless counts both and connects neither, so this does: `TRGO` reaches the converter as a request
-//! line of its own number, and an update request is a pulse, acknowledged as soon as it is driven,
-//! because the DMA transfer it starts touches TIM3 and never this timer.
+//! rigless counts both and connects neither, so this module does: `TRGO` reaches the converter as a
+//! request line of its own number, and an update request is a pulse, acknowledged as soon as it is
+//! driven, because the DMA transfer it starts touches TIM3 and never this timer.
 
 use rigless::device::{Device, DeviceContext, Level, RegisterFile};
 use rigless::soc::RegisterSpec;
@@ -23,7 +23,7 @@ pub(crate) const TRGO: usize = 64;
 pub(crate) struct Trigger {
     timer: Tim<General>,
     pulses: u64,
-    /// When the last trigger pulse left, until someone asks.
+    /// When the last trigger pulse left, until it is taken.
     fired: Option<Nanos>,
 }
 
@@ -32,12 +32,12 @@ impl Trigger {
         Self { timer: Tim::with_clock(RESET_HZ, Counter::Wide), pulses: 0, fired: None }
     }
 
-    /// The instant of a trigger pulse nobody has asked about yet.
+    /// The instant of a trigger pulse not taken yet.
     pub(crate) fn take_fired(&mut self) -> Option<Nanos> {
         self.fired.take()
     }
 
-    /// Drives what the last call into the timer moved.
+    /// Drives the outputs that the last call into the timer changed.
     fn forward(&mut self, registers: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         self.timer.acknowledge(UPDATE_REQUEST, registers, context);
         let (_, pulses) = self.timer.trigger_output();
