@@ -24,7 +24,7 @@ pub const SAMPLE_S: f64 = 1.0 / 1600.0;
 
 /// The readings of an axis that moves along `path` (s -> m) with this preload and temperature.
 ///
-/// Force follows the block's own law with seals; where the path stands still it is 5 N.
+/// The force follows the block's own law with seals; at rest it is 5 N.
 ///
 /// # Panics
 /// When the law does not cover the motion.
@@ -55,7 +55,7 @@ pub struct Feed {
     readings: Vec<Sample>,
     events: Vec<(usize, Event)>,
     delivered: usize,
-    /// samples the converter owes, below one
+    /// fraction of a sample that a stopped converter is behind
     overdue: f64,
     counts: i64,
     last_progress: Nanos,
@@ -67,11 +67,11 @@ pub struct Feed {
     pub frames: Vec<(usize, SentFrame)>,
 }
 
-/// How often the feed looks whether the next sample was taken: a third of a converter period.
+/// Interval at which the feed checks whether the next sample was taken: a third of a converter period.
 const LOOK: Nanos = 200_000;
-/// After the last sample: time for the last frames to leave.
+/// Time after the last sample for the last frames to leave.
 const TAIL: Nanos = 30_000_000;
-/// Without a sample for so long the script moves on by time, so that a stopped converter ends the run too.
+/// Time without a sample after which the list advances by time, so that a run with a stopped converter ends, too.
 const PATIENCE: Nanos = 5_000_000;
 
 impl Feed {
@@ -90,7 +90,7 @@ impl Feed {
         }
     }
 
-    /// Does something before the sample with this number is taken.
+    /// Adds an event before the sample with this number is taken.
     #[must_use]
     pub fn at(mut self, sample: usize, event: impl FnMut(&mut Pins<'_>) + Send + 'static) -> Self {
         self.events.push((sample, Box::new(event)));

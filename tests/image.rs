@@ -32,7 +32,7 @@ pub fn read(name: &str) -> Vec<u8> {
     })
 }
 
-/// The paper's guide on the project's bench, declared calibrated, publishing at 10 Hz.
+/// The paper's guide on the project's bench, marked calibrated, publishing at 10 Hz.
 pub const BENCH: Params = Params { calibrated: true, ..Params::ZHOU_2023 };
 
 /// A parameter record for the block's flash, node 1.
@@ -58,7 +58,7 @@ pub fn symbol(symbols: &Symbols, fragments: &[&str]) -> String {
     hits[0].to_owned()
 }
 
-/// Where an image puts its bytes.
+/// Placement of an image in memory.
 #[derive(Debug)]
 pub struct Placed {
     /// Load address and bytes of every segment that is stored in flash.

@@ -1,4 +1,4 @@
-//! What the test programs share: golden tables, built images, and the axis they are run against.
+//! Shared code of the test programs: golden tables, built images, and the axis they are run against.
 
 pub mod axis;
 pub mod golden;

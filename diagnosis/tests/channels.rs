@@ -1,4 +1,4 @@
-//! What a channel shows by itself, and what has no name: neither is passed off as physics of the library.
+//! Effects of a single channel, and effects without a name: neither is passed off as physics of the library.
 #![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use diagnosis::report::{Diagnosis, Verdict};
@@ -17,7 +17,7 @@ const USUAL: Conditions = Conditions { preload_n: Some(3000.0), temperature_degc
 /// White noise of the force, N.
 const NOISE_N: f64 = 0.3;
 
-/// A minute and more of strokes at eight speeds, at 200 Hz.
+/// More than a minute of strokes at eight speeds, at 200 Hz.
 fn strokes() -> Course {
     let speeds_m_s = vec![0.003, 0.006, 0.012, 0.025, 0.04, 0.06, 0.08, 0.1];
     Staircase { speeds_m_s, length_m: 0.15, order: Order::Both, ..Staircase::default() }.course(200.0, &USUAL).unwrap()
@@ -27,7 +27,7 @@ fn simulation(more: &str) -> Simulation {
     Simulation::from_toml(&format!("{GUIDE}{more}")).unwrap()
 }
 
-/// The law's force with noise, and beside it against the motion what `brake` says of time, speed and travel, N.
+/// The law's force with noise plus a force against the motion, N: `brake` of time, speed and travel.
 fn recorded(simulation: &Simulation, course: Course, brake: impl Fn(f64, f64, f64) -> f64) -> Run {
     let force = simulation.force(&course.run, &course.motion).unwrap();
     let mut noise = Noise::new(7, 0);
@@ -55,7 +55,7 @@ fn ids(diagnosis: &Diagnosis) -> Vec<&str> {
     diagnosis.mechanisms.iter().map(|found| found.id.as_str()).collect()
 }
 
-/// The one number of the one finding.
+/// The only number of the only finding.
 fn number(diagnosis: &Diagnosis) -> f64 {
     let [found] = diagnosis.mechanisms.as_slice() else { panic!("{:#?}", diagnosis.mechanisms) };
     let [number] = found.parameters.as_slice() else { panic!("{found:#?}") };
@@ -63,7 +63,7 @@ fn number(diagnosis: &Diagnosis) -> f64 {
     number.value
 }
 
-/// Shares of the mismatch, those of the findings and the rest.
+/// Sum of the shares of the mismatch: those of the findings and the unexplained one.
 fn shared_out(diagnosis: &Diagnosis) -> f64 {
     diagnosis.mechanisms.iter().map(|found| found.share_of_mismatch).sum::<f64>()
         + diagnosis.unexplained.share_of_mismatch
@@ -152,7 +152,7 @@ fn a_clamp_is_heard_above_noise_that_remembers_and_that_noise_is_none() {
     let of = |height_n: f64| {
         let clamp = |t: f64, _: f64, _: f64| if t.rem_euclid(period_s) < 0.35 * period_s { height_n } else { 0.0 };
         let mut run = recorded(&simulation, strokes(), clamp);
-        // for tenths of a second and for seconds
+        // noise correlated over tenths of a second and over seconds
         let mut noise = Noise::new(31, 0);
         let (mut slow, mut slower) = (0.0, 0.0);
         for force in &mut run.drag_force_n {
@@ -189,17 +189,17 @@ fn what_goes_with_the_time_of_a_recording_is_scored_there_and_not_carried_to_ano
 #[test]
 fn a_force_that_no_cause_of_the_library_follows_gets_no_name() {
     let simulation = simulation("");
-    // air, with the square of speed: faster than seals or grease
+    // air drag, with the square of speed: it rises faster with speed than seals or grease
     let air = |_: f64, v: f64, _: f64| 200.0 * v * v;
     let found = outcome(&recorded(&simulation, strokes(), air), &simulation).diagnosis;
     assert_eq!(ids(&found), ["unknown"]);
-    // a wiper that touches for some tenths of a second now and then
+    // a wiper that touches at random, for some tenths of a second
     let mut draws = Noise::new(21, 0);
     let touches: Vec<bool> = (0..2000).map(|_| draws.gaussian() > 0.8).collect();
     let wiper = |t: f64, _: f64, _: f64| if touches[(t / 0.7) as usize % touches.len()] { 1.5 } else { 0.0 };
     let found = outcome(&recorded(&simulation, strokes(), wiper), &simulation).diagnosis;
     assert_eq!(ids(&found), ["unknown"]);
-    // no curve follows it: the law is as it was calibrated
+    // no curve can follow it: the exported law is the calibrated one
     assert_eq!(found.holdout.rmse_after_n.to_bits(), found.holdout.rmse_calibrated_n.to_bits(), "{:?}", found.holdout);
 }
 
@@ -211,7 +211,7 @@ fn dirt_brakes_over_one_length_and_what_pushes_as_often_is_no_dirt() {
     while places_m.len() < 300 {
         places_m.push(places_m[places_m.len() - 1] + 0.02 + 0.03 * draws.gaussian().abs());
     }
-    // 1 mm each, along the travel: no place comes twice
+    // 1 mm of travel each: no place repeats
     let hit = |travel_m: f64| places_m.iter().position(|place| (travel_m - place).abs() < 5e-4);
     let dirt = |_: f64, _: f64, travel_m: f64| hit(travel_m).map_or(0.0, |_| 6.0);
     let found = outcome(&recorded(&simulation, strokes(), dirt), &simulation).diagnosis;
@@ -221,7 +221,8 @@ fn dirt_brakes_over_one_length_and_what_pushes_as_often_is_no_dirt() {
     assert!(!ids(&found).contains(&"contamination"), "{:?}", ids(&found));
 }
 
-/// Pulses of this height and length, m of travel, at places that do not come twice: even ones brake, odd ones with `odd`.
+/// Pulses of this height, N, and length, m of travel, at places that do not repeat: even ones brake, odd ones act `odd`
+/// times as much.
 fn dirt(height_n: f64, length_m: f64, odd: f64) -> impl Fn(f64, f64, f64) -> f64 {
     let mut draws = Noise::new(5, 0);
     let mut places_m = vec![0.02];
@@ -238,7 +239,7 @@ fn dirt(height_n: f64, length_m: f64, odd: f64) -> impl Fn(f64, f64, f64) -> f64
 #[test]
 fn dirt_whose_single_rows_do_not_stand_out_is_found_by_its_shape() {
     let simulation = simulation("");
-    // a row is 3 standard deviations of the noise at most
+    // no row is beyond 3 standard deviations of the noise
     let found = outcome(&recorded(&simulation, strokes(), dirt(3.0 * NOISE_N, 2e-3, 1.0)), &simulation).diagnosis;
     assert_eq!(ids(&found), ["contamination"]);
     let [_, length, height] = found.mechanisms[0].parameters.as_slice() else { panic!("{:?}", found.mechanisms) };
@@ -246,7 +247,8 @@ fn dirt_whose_single_rows_do_not_stand_out_is_found_by_its_shape() {
     assert!((0.5..2.0).contains(&(height.value / (3.0 * NOISE_N))), "{height:?}");
 }
 
-/// Noise of just over half a step does not always carry the force over it, and what is one count more has the length of a spot.
+/// Noise of just over half a step does not always dither the force across it, and a stretch of one count more has the
+/// length of a spot.
 #[test]
 fn spots_of_one_count_of_the_channel_are_no_dirt() {
     let simulation = simulation("");
@@ -267,14 +269,14 @@ fn few_spots_are_dirt_if_they_are_high_and_none_as_high_pushes() {
     let rolled = |_: f64, _: f64, travel_m: f64| sparse(travel_m);
     let found = outcome(&recorded(&simulation, strokes(), rolled), &simulation).diagnosis;
     assert_eq!(ids(&found), ["contamination"]);
-    // those of one stretch push
+    // pulses within one stretch push instead of braking
     let one =
         |_: f64, _: f64, travel_m: f64| sparse(travel_m) * if (1.2..1.3).contains(&travel_m) { -1.0 } else { 1.0 };
     let found = outcome(&recorded(&simulation, strokes(), one), &simulation).diagnosis;
     assert!(!ids(&found).contains(&"contamination"), "{:?}", ids(&found));
 }
 
-/// At one speed a length is a duration: dirt is the likelier, and what would tell is said.
+/// At one speed a length is a duration: dirt is the more likely cause, and the report says what would decide it.
 #[test]
 fn dirt_at_one_speed_is_named_with_less_confidence() {
     let simulation = simulation("");
@@ -293,7 +295,7 @@ fn tails_of_either_sign_and_spikes_of_one_duration_are_no_dirt() {
     assert!(!ids(&found).contains(&"contamination"), "{:?}", ids(&found));
     for (spike_n, skewed) in [(8.0, false), (8.0, true)] {
         let mut draws = Noise::new(33, 0);
-        // one row in a hundred, of any size
+        // outliers of any size, one row in a hundred
         let tails: Vec<f64> = (0..20_000)
             .map(|_| if draws.gaussian() > 2.33 { spike_n * NOISE_N * draws.gaussian() } else { 0.0 })
             .map(|x| if skewed { x.abs() } else { x })
@@ -318,7 +320,8 @@ fn what_does_not_carry_over_is_said_to_make_things_worse() {
     assert!(!is_said(warnings(dragging.clone())));
 }
 
-/// Some parts are as slow as a fast carriage is: the mean would pass.
+/// Time in minutes makes speeds 60 times as high, but slow strokes then still look like a fast carriage: the mean
+/// passes.
 #[test]
 fn a_time_in_minutes_is_no_recording_of_a_carriage() {
     let simulation = simulation("");
@@ -345,13 +348,13 @@ fn a_force_without_its_sign_is_asked_about() {
         outcome(&run, &simulation).diagnosis.data_quality.warnings.iter().any(|line| line.contains("is it a magnitude"))
     };
     assert!(asks(f64::abs) && asks(|force| -force.abs()));
-    // a weight that hangs on the carriage has one sign, too, and friction in both directions
+    // a force with one sign is legal, too: a weight on the carriage beside friction in both directions
     assert!(!asks(|force| force) && !asks(|force| force + 60.0));
 }
 
 #[test]
 fn calibration_does_not_follow_what_the_law_cannot_know() {
-    // preload and friction make up for one another, and the block is off by more than either may be
+    // preload and friction compensate each other, and the block is off by more than either tolerance
     let simulation = simulation("[tolerance]\npreload = 0.05\nfriction = 0.03\nviscosity = 0.05\n");
     for (percent, spike_n) in [(0.0, 8.0), (12.0, 0.0), (12.0, 8.0)] {
         let course = strokes();
@@ -364,7 +367,7 @@ fn calibration_does_not_follow_what_the_law_cannot_know() {
             let step = turns[n] - turns[n - 1];
             since_m =
                 if step * (turns[n - 1] - turns[n - 2]) < 0.0 || step == 0.0 { 0.0 } else { since_m + step.abs() };
-            // what friction lacks behind a reversal
+            // missing friction after a reversal
             run.drag_force_n[n] -= spike_n * step.signum() * (-since_m / 2e-3f64).exp();
         }
         let held = outcome(&run, &simulation).diagnosis.holdout;
@@ -383,14 +386,14 @@ fn the_interval_of_a_number_that_is_off_knows_of_those_beside_it() {
         let found = outcome(&run, &simulation).diagnosis;
         assert_eq!(ids(&found), ["parameter-shift"], "{percent} %");
         for number in &found.mechanisms[0].parameters {
-            // at one preload, what the preload may be off by cannot be told from friction
+            // at one preload, an error of the preload within its tolerance cannot be told from friction
             let [low, high] = number.ci95;
             assert!(high - low > 0.02 && low * percent > 0.0 && high * percent > 0.0, "{percent} %: {number:?}");
         }
     }
 }
 
-/// What follows a temperature that stays as it is follows any constant: nothing tells it from the viscosity itself.
+/// At a constant temperature its effect is a constant: nothing tells it from an error of the viscosity itself.
 #[test]
 fn a_viscosity_that_is_off_is_no_effect_of_a_temperature_that_does_not_change() {
     let assumed = simulation("");
@@ -412,8 +415,8 @@ fn a_viscosity_that_is_off_is_no_effect_of_a_temperature_that_does_not_change() 
     }
 }
 
-/// A law of which two numbers nearly imitate one another, far off: how cells are rounded decides what a straight line leads
-/// to, and must not decide what is found.
+/// A law far off, with two numbers that nearly imitate each other: the rounding of cells decides where a linear step
+/// leads, and must not decide what is found.
 #[test]
 fn a_law_that_is_far_off_is_never_a_match_however_its_cells_are_rounded() {
     let simulation = simulation("[tolerance]\npreload = 0.05\nfriction = 0.03\nviscosity = 0.05\n");
@@ -438,7 +441,7 @@ fn a_law_that_is_far_off_is_never_a_match_however_its_cells_are_rounded() {
     }
 }
 
-/// A column of another program, read as that of another preload.
+/// A column of another program, read as if for another preload.
 #[test]
 fn a_simulation_that_stays_far_from_the_force_is_never_a_match() {
     let law = simulation("");
@@ -457,8 +460,8 @@ fn a_simulation_that_stays_far_from_the_force_is_never_a_match() {
     }
 }
 
-/// Preload, friction and viscosity nearly make up for one another: one that is off by 4 % was named with 12 % of the other
-/// sign, and another one was left 30 of its tolerances off beside it.
+/// Preload, friction and viscosity nearly compensate each other: an error of 4 % in one used to be named as 12 % of the
+/// other sign, and another one was left off by 30 of its tolerances.
 #[test]
 fn a_number_that_is_off_takes_none_of_those_beside_it_out_of_their_tolerance() {
     let simulation = simulation("[tolerance]\npreload = 0.004\nfriction = 0.004\nviscosity = 0.004\n");
@@ -471,12 +474,12 @@ fn a_number_that_is_off_takes_none_of_those_beside_it_out_of_their_tolerance() {
         assert_eq!(ids(&found), ["parameter-shift"], "{percent} %");
         let [number] = found.mechanisms[0].parameters.as_slice() else { panic!("{percent} %: {found:#?}") };
         let [low, high] = number.ci95;
-        // what the others may be off by, and no more
+        // as uncertain as the tolerances of the others, and no more
         assert!(low < percent / 100.0 && percent / 100.0 < high && high - low < 0.05, "{percent} %: {number:?}");
     }
 }
 
-/// Slow strokes of one direction, and a sensor that does not read zero: two numbers of the law together come near.
+/// Slow strokes in one direction, and a force sensor with an offset: two numbers of the law together come near it.
 #[test]
 fn one_fault_of_the_sensor_is_not_two_numbers_of_the_law() {
     let simulation = simulation("[tolerance]\npreload = 0.003\nfriction = 0.003\nviscosity = 0.01\n");
@@ -510,7 +513,7 @@ fn one_fault_of_the_sensor_is_not_two_numbers_of_the_law() {
     }
 }
 
-/// Strokes to and fro that never rest, at 500 Hz: a period in s and half a stroke in m.
+/// Strokes to and fro without rests, at 500 Hz; each entry: period in s, half a stroke in m.
 fn to_and_fro(strokes: &[(f64, f64)]) -> Course {
     let (rate_hz, seconds) = (500.0, 20.0);
     let rows = (seconds * rate_hz) as usize;
@@ -530,7 +533,7 @@ fn to_and_fro(strokes: &[(f64, f64)]) -> Course {
     Course { run, motion }
 }
 
-/// What a channel makes of the force of a drive that holds its force while the carriage rests.
+/// The force of a drive that keeps its force while the carriage rests, as `channel` distorts it.
 fn held(run: &Run, moving: &[f64], channel: impl Fn(&[f64]) -> Vec<f64>) -> Run {
     let mut last = moving.iter().copied().find(|force| *force != 0.0).unwrap_or(0.0);
     let held: Vec<f64> = moving
@@ -580,7 +583,7 @@ fn a_filter_is_found_where_the_drive_holds_its_force_at_rest() {
     assert!((time.value / 0.02 - 1.0).abs() < 0.2, "{time:?}");
 }
 
-/// Along a stroke the force hardly changes with time: only where it starts and stops does one that is late show.
+/// Along a stroke the force hardly changes with time: a late force shows only where the stroke starts and stops.
 #[test]
 fn a_force_that_is_late_is_late_although_the_law_hardly_changes_along_the_stroke() {
     let simulation = simulation("[tolerance]\nrelevance = 0.02\n");

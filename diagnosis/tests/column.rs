@@ -1,4 +1,4 @@
-//! A simulation that is known by its column of force alone.
+//! Diagnosis of a simulation that is known only by its column of force.
 #![allow(clippy::expect_used, reason = "a test fails by panicking")]
 
 use diagnosis::report::Verdict;
@@ -18,7 +18,8 @@ const COLUMN: &str = "schema = \"guideblock.simulation/1\"\n";
 
 const RATE_HZ: f64 = 200.0;
 
-/// Strokes at one preload, recorded by a machine whose program assumed other numbers by `factors`, with noise of 0.5 %.
+/// Strokes at one preload with noise of 0.5 %, recorded on a machine whose numbers are `factors` times those of the
+/// program.
 fn recorded(program: &Simulation, factors: &Factors, preload_n: f64, seed: u64) -> Run {
     let (rows, stroke) = (8000, 800);
     let speed = |n: usize| [0.003, 0.3, 0.01, 0.1, 0.6, 0.03][n / stroke % 6];
@@ -51,8 +52,8 @@ fn recorded(program: &Simulation, factors: &Factors, preload_n: f64, seed: u64) 
     Run { drag_force_n, simulated_force_n: Some(told), ..run }
 }
 
-/// What is found where a program has a quarter too little friction, `coulomb_n + viscous_n_s_m·V`, and its inertia right: ramps that begin at
-/// once, at 100 Hz.
+/// Findings where a program has a quarter too little friction, `coulomb_n + viscous_n_s_m·V`, and the right inertia;
+/// ramps that begin abruptly, at 100 Hz.
 fn found_of_friction(coulomb_n: f64, viscous_n_s_m: f64) -> Vec<String> {
     let (rate_hz, mass_kg) = (100.0, 20.0);
     let mut noise = Noise::new(9, 0);
@@ -86,7 +87,8 @@ fn found_of_friction(coulomb_n: f64, viscous_n_s_m: f64) -> Vec<String> {
     found.mechanisms.into_iter().map(|found| found.id).collect()
 }
 
-/// A program may say a friction at rest, where the machine has none and a tachometer reads a little: that is no travel without force.
+/// A program may state friction at rest, where the machine has none and a tachometer reads a little: this is no travel
+/// without force (play).
 #[test]
 fn what_a_program_says_of_a_rest_is_no_play() {
     let mut noise = Noise::new(11, 0);
@@ -110,13 +112,13 @@ fn what_a_program_says_of_a_rest_is_no_play() {
     assert_eq!(found.verdict, Verdict::Match, "{:#?}", found.mechanisms);
 }
 
-/// What a derived acceleration makes of the corners is no friction that the program has too little of.
+/// Errors of a derived acceleration at the corners of the motion must not pass for missing friction.
 #[test]
 fn a_program_whose_friction_is_off_beside_its_inertia_is_off_by_that() {
     assert_eq!(found_of_friction(16.0, 60.0), ["parameter-shift"]);
 }
 
-/// Where little of the friction goes with the speed, something may be named beside it, but never instead of it.
+/// Where little of the friction depends on speed, something may be named beside the shift, but never instead of it.
 #[test]
 fn what_has_to_be_beyond_its_tolerance_is_told() {
     let found = found_of_friction(20.0, 8.0);

@@ -1,10 +1,10 @@
-//! The folders are the design: each uses what stands below it in the list of the crate's first page, and nothing above.
+//! The folders are the layers of the design: each uses only those below it in the list of the crate's first page.
 #![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The layers of the list, the highest first.
+/// The layers of the list, highest first.
 fn layers(first_page: &str) -> Vec<String> {
     let list = first_page.split("```").nth(1).expect("a list").lines();
     list.filter_map(|line| line.strip_prefix("//! ")?.split_whitespace().next().map(str::to_owned)).collect()

@@ -1,4 +1,4 @@
-//! What an acceleration that was derived must not pass for, and a structure that rolling strikes.
+//! Errors of a derived acceleration must not pass for a cause; structures excited by rolling, and hum.
 #![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use diagnosis::report::Diagnosis;
@@ -12,7 +12,7 @@ const AXIS: &str = "schema = \"guideblock.simulation/1\"\n[guide]\nlaw = \"coulo
                     viscous_n_s_m = 200.0\noffset_n = 0.0\n[axis]\nmoved_mass_kg = 100.0\n[tolerance]\nfriction = 0.03\n\
                     mass = 0.02\n";
 
-/// Strokes at eight speeds, so many rows a second.
+/// Strokes at eight speeds, at this rate of rows.
 fn strokes(rate_hz: f64) -> Course {
     let speeds_m_s = vec![0.01, 0.02, 0.03, 0.045, 0.06, 0.08, 0.1, 0.13];
     let staircase = Staircase { speeds_m_s, length_m: 0.2, order: Order::Both, ..Staircase::default() };
@@ -23,7 +23,7 @@ fn diagnosis(run: &Run, simulation: &Simulation) -> Diagnosis {
     diagnose(std::slice::from_ref(run), &[], simulation, &Options::default()).diagnosis
 }
 
-/// What is found where something rings beside a force, N, in white noise of 0.2 N.
+/// Diagnosis of a force, N, plus something that rings, in white noise of 0.2 N.
 fn beside(force: &[f64], ringing: &[f64], run: &Run, simulation: &Simulation) -> Diagnosis {
     let mut noise = Noise::new(6, 0);
     let drag_force_n = force.iter().zip(ringing).map(|(f, x)| f + x + 0.2 * noise.gaussian()).collect();
@@ -40,7 +40,7 @@ fn noise_and_rounded_corners_of_a_derived_acceleration_are_no_physics() {
     let course = strokes(1000.0);
     let force = simulation.force(&course.run, &course.motion).unwrap();
     let mut noise = Noise::new(5, 0);
-    // slow noise: fast errors of the acceleration stand out of it
+    // slow noise, from which fast errors of the acceleration stand out
     let mut slow = 0.0;
     let drag_force_n = force
         .iter()
@@ -54,8 +54,8 @@ fn noise_and_rounded_corners_of_a_derived_acceleration_are_no_physics() {
     assert_eq!(ids(&diagnosis(&run, &simulation)), [""; 0]);
 }
 
-/// Cycles of a handling axis: half a metre at one of three speeds, an acceleration of 5 m/s² that begins and ends at once, rests.
-/// Force of [`AXIS`] with its mass times `heavier` in white noise of 0.3 N, the position to 0.1 µm.
+/// Cycles of a handling axis: half a metre at one of three speeds, an acceleration of 5 m/s² that begins and ends
+/// abruptly, rests. Force of [`AXIS`] with `heavier` times its mass in white noise of 0.3 N, the position to 0.1 µm.
 fn handled(rate_hz: f64, heavier: f64) -> Run {
     let acceleration_m_s2 = 5.0;
     let place = |t: f64, speed: f64| {
@@ -103,7 +103,8 @@ fn corners_of_a_speed_are_no_physics_and_a_mass_that_is_off_is_found_beside_them
     }
 }
 
-/// Force, N, of a structure that random rolling strikes: `frequency` Hz in a row, `damping` of critical.
+/// Force, N, of a structure excited by random rolling noise: `frequency` in Hz of each row, `damping` relative to
+/// critical.
 fn struck(
     course: &Course,
     rate_hz: f64,
@@ -137,7 +138,7 @@ fn a_structure_that_rolling_strikes_is_heard_and_what_sweeps_is_not_one() {
         let frequency = found.mechanisms[0].parameters.iter().find(|number| number.name == "frequency_hz").unwrap();
         assert!(frequency.ci95[0] <= 47.0 && 47.0 <= frequency.ci95[1], "{damping}: {frequency:?}");
     }
-    // once a second from 42 to 52 Hz, as a machine beside it that starts up
+    // a sweep from 42 to 52 Hz every second, as of a machine nearby that starts up
     let found = with(&struck(&course, rate_hz, 0.015, |n| 42.0 + 10.0 * (n as f64 / rate_hz).fract(), false));
     assert!(!ids(&found).contains(&"structural-resonance"), "{:?}", ids(&found));
 }
@@ -162,13 +163,14 @@ fn a_structure_that_rings_in_a_quiet_run_is_heard_beside_a_loud_one() {
     };
     let found = with(&rings, struck(&course, rate_hz, 0.02, |_| 47.0, true));
     assert_eq!(ids(&found), ["structural-resonance"], "{:#?}", found.mechanisms);
-    // once in four seconds from 42 to 52 Hz
+    // a sweep from 42 to 52 Hz every four seconds
     let found =
         with(&simulation, struck(&course, rate_hz, 0.015, |n| 42.0 + 10.0 * (n as f64 / rate_hz / 4.0).fract(), false));
     assert!(!ids(&found).contains(&"structural-resonance"), "{:#?}", found.mechanisms);
 }
 
-/// Motion at the rate of the rows is no better than its derivatives, and rows are averaged; what rings is looked for before.
+/// Derivatives of the motion at the rate of the rows are too noisy, so rows are averaged; ringing is searched for
+/// before.
 #[test]
 fn a_structure_is_heard_between_the_averages_that_a_derived_motion_asks_for() {
     let simulation = Simulation::from_toml(AXIS).unwrap();
@@ -195,7 +197,7 @@ fn a_structure_is_heard_beside_what_reversals_show_better_and_a_hum_is_none() {
     assert!(!ids(&found).contains(&"structural-resonance"), "{:#?}", found.mechanisms);
 }
 
-/// Two sensors, one beside a pump: a tone within the noise that the filter of the noise would take for its colour.
+/// A tone within the noise, as of a pump nearby, which the noise filter would take for the colour of the noise.
 #[test]
 fn a_hum_is_unknown_with_its_frequency_and_no_noise() {
     let simulation = Simulation::from_toml(AXIS).unwrap();
@@ -211,7 +213,7 @@ fn a_hum_is_unknown_with_its_frequency_and_no_noise() {
     }
 }
 
-/// Parts that rest between them make of the line a comb, and of a few rows a period a curve through few places.
+/// Rests between parts turn the spectral line into a comb, and with few rows a period its curve has few places.
 #[test]
 fn a_hum_goes_on_between_parts() {
     let simulation = Simulation::from_toml(AXIS).unwrap();
@@ -242,7 +244,7 @@ fn a_ripple_whose_orders_meet_at_few_speeds_is_no_structure() {
     let force = simulation.force(&course.run, &course.motion).unwrap();
     let place_m = course.run.position_m.as_ref().unwrap();
     let turn = |x: &f64| std::f64::consts::TAU * x / 0.01;
-    // sharp, as of a motor behind a belt that slips
+    // sharp ripple, as of a motor behind a slipping belt
     let ripple = place_m.iter().map(|x| 0.8 * turn(x).sin() / (1.0 - 0.7 * turn(x).cos()));
     let found = beside(&force, &ripple.collect::<Vec<f64>>(), &course.run, &simulation);
     assert!(!ids(&found).contains(&"structural-resonance"), "{:#?}", found.mechanisms);

@@ -1,4 +1,4 @@
-//! What has no name is in the simulation that is exported, and is not found again with it.
+//! Unnamed effects: the exported simulation contains them, and a diagnosis with it does not find them again.
 #![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use diagnosis::report::{Diagnosis, Verdict};
@@ -15,14 +15,14 @@ const GUIDE: &str = "schema = \"guideblock.simulation/1\"\n[guide]\nparameters =
 /// White noise of the force, N.
 const NOISE_N: f64 = 0.3;
 
-/// A minute and more of strokes at eight speeds, at 200 Hz.
+/// More than a minute of strokes at eight speeds, at 200 Hz.
 fn strokes() -> Course {
     let at = Conditions { preload_n: Some(3000.0), temperature_degc: Some(40.0), external_load_n: None };
     let speeds_m_s = vec![0.003, 0.006, 0.012, 0.025, 0.04, 0.06, 0.08, 0.1];
     Staircase { speeds_m_s, length_m: 0.15, order: Order::Both, ..Staircase::default() }.course(200.0, &at).unwrap()
 }
 
-/// The law's force with noise, and beside it against the motion what `brake` says of time and speed, N.
+/// The law's force with noise plus a force against the motion, N: `brake` of time and speed.
 fn recorded(brake: impl Fn(f64, f64) -> f64) -> Run {
     let course = strokes();
     let force = Simulation::from_toml(GUIDE).unwrap().force(&course.run, &course.motion).unwrap();
@@ -44,7 +44,7 @@ fn ids(diagnosis: &Diagnosis) -> Vec<&str> {
     diagnosis.mechanisms.iter().map(|found| found.id.as_str()).collect()
 }
 
-/// The run with its preload as the file reads that column.
+/// The run with its preload scaled by the file's mapping of that column.
 fn as_read(run: &Run, file: &Simulation) -> Run {
     let mapping = file.columns.iter().find(|(name, _)| name == "preload_n");
     let scale: f64 = mapping.map_or(1.0, |(_, text)| text.split(':').nth(1).unwrap().parse().unwrap());
@@ -52,8 +52,8 @@ fn as_read(run: &Run, file: &Simulation) -> Run {
     Run { preload_n, ..run.clone() }
 }
 
-/// Diagnoses, reads what is exported back and diagnoses with it again: nothing is found, and what is left is what the first
-/// diagnosis left. Answers the file.
+/// Diagnoses, reads the exported file back and diagnoses with it again: nothing is found, and the residual is that of
+/// the first diagnosis. Returns the file.
 fn found_once(brake: impl Fn(f64, f64) -> f64) -> Simulation {
     let run = recorded(brake);
     let first = outcome(&run, &Simulation::from_toml(GUIDE).unwrap());
@@ -73,7 +73,7 @@ fn a_brake_on_another_machine_s_clock_is_found_once() {
     let period_s = 5.37;
     let file = found_once(|t, _| 0.5 - 0.5 * (std::f64::consts::TAU * t / period_s).cos());
     let [added] = file.curves.as_slice() else { panic!("{:?}", file.curves) };
-    // what repeats after a period does so after several
+    // an effect that repeats after one period also repeats after several
     let periods = added.curve.period_s().expect("a clock") / period_s;
     assert!((periods / periods.round() - 1.0).abs() < 5e-3, "{added:?}");
     assert!(file.mechanisms.is_empty(), "{:?}", file.mechanisms);
@@ -90,7 +90,7 @@ fn air_is_found_once_and_simulated_on_another_recording() {
     let file = found_once(|_, v| 200.0 * v * v);
     let [added] = file.curves.as_slice() else { panic!("{:?}", file.curves) };
     assert_eq!((added.curve.axis, added.curve.carrier), (Axis::Velocity, Carrier::Odd));
-    // law and curve share the force out in their own way; together they are right
+    // law and curve may divide the force between them in any way; their sum is right
     let course = strokes();
     let simulated = file.force(&as_read(&course.run, &file), &course.motion).unwrap();
     let law = Simulation::from_toml(GUIDE).unwrap().force(&course.run, &course.motion).unwrap();

@@ -1,4 +1,4 @@
-//! What a name has to stand up to, and what hides one.
+//! Tests that a named cause has to pass, and effects that hide a cause.
 #![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use diagnosis::report::{Diagnosis, Verdict};
@@ -35,8 +35,7 @@ fn strokes(speeds_m_s: &[f64], length_m: f64, pause_s: f64, preload_n: f64) -> C
     staircase.course(200.0, &at).unwrap()
 }
 
-/// The force of the law with the causes and noise, and beside it, against the motion, what `brake` says of speed and
-/// preload, N.
+/// The force of the law with the causes and noise plus a force against the motion, N: `brake` of speed and preload.
 fn recorded(course: Course, causes: &[Added], brake: impl Fn(f64, f64) -> f64, seed: u64) -> Run {
     let mut simulation = simulation();
     simulation.mechanisms = causes.to_vec();
@@ -64,7 +63,7 @@ fn diagnosis(runs: &[Run]) -> Diagnosis {
     diagnose(runs, &[], &simulation(), &Options::default()).diagnosis
 }
 
-/// Every finding with what cannot be told from it, the largest first.
+/// Every finding with its equivalents, largest first.
 fn sets(diagnosis: &Diagnosis) -> Vec<Vec<&str>> {
     let of = diagnosis.mechanisms.iter();
     of.map(|found| std::iter::once(&found.id).chain(&found.equivalents).map(String::as_str).collect()).collect()
@@ -79,7 +78,7 @@ fn a_drag_that_falls_with_the_load_is_neither_a_seal_s_nor_grease_s() {
         });
         diagnosis(&runs)
     };
-    // a law that imitates most of a force leaves its power of the load this uncertain
+    // where the law imitates most of a force, the exponent of its load dependence is this uncertain
     for power in [0.0, -0.16] {
         assert_eq!(sets(&at_three_preloads(power)), [["viscous-drag"]], "{power}");
     }
@@ -103,7 +102,7 @@ fn within_a_row_starts_and_stops_alone_tell_a_delay_from_a_filter() {
         recorded(course, &[added(Id::ForceLowpass, 0, &[time_s], &[1.0])], nothing, 3)
     };
     assert_eq!(sets(&diagnosis(&[filtered(0.002)])), [["force-lowpass"]]);
-    // without a position nothing tells where a start or a stop is
+    // without a position the places of starts and stops are unknown
     let run = filtered(0.002);
     let velocity_m_s = Some(Motion::of(&run).velocity_m_s);
     let within = diagnosis(&[Run { position_m: None, velocity_m_s, ..run }]);
@@ -114,7 +113,7 @@ fn within_a_row_starts_and_stops_alone_tell_a_delay_from_a_filter() {
 
 #[test]
 fn steps_of_the_channel_are_not_taken_for_friction() {
-    // levels of force that fall differently between the steps
+    // levels of force at different places between the quantisation steps
     let runs = [900.0, 2000.0].map(|preload_n| {
         let speeds = [0.01, 0.016, 0.025, 0.04, 0.063, 0.1, 0.16];
         let run = recorded(strokes(&speeds, 0.1, 0.2, preload_n), &[], nothing, preload_n as u64);
@@ -139,7 +138,7 @@ fn a_seal_beside_an_offset_is_no_cable_chain() {
     let course = strokes(&[0.01, 0.03, 0.1, 0.3], 0.3, 0.2, 3000.0);
     let seal = added(Id::SealDrag, 0, &[], &[1.0]);
     let offset = added(Id::ForceOffset, 0, &[], &[0.8]);
-    // as much of a slope as a transducer's own warmth makes
+    // a slope as small as the thermal drift of a transducer makes
     let warm = added(Id::CableChain, 0, &[], &[0.0, 0.25, 0.0]);
     let found = diagnosis(&[recorded(course, &[seal, offset, warm], nothing, 4)]);
     let leading: Vec<&str> = sets(&found).iter().map(|set| set[0]).collect();
@@ -194,12 +193,12 @@ fn a_program_known_by_its_column_alone_is_told_how_oil_in_the_inlet_feels_the_lo
     assert_eq!(sets(&found), [["hydrodynamic-rolling"]]);
 }
 
-/// What a chain pulls more for every metre, N, and the stroke over which it does, with its starts and stops, m.
+/// Increase of a chain's pull per metre, N/m, and the stroke over which it acts, including starts and stops, m.
 const PER_M_N: f64 = 8.0;
 const CHAINED_M: f64 = 0.325;
 
-/// A chain, and the causes. It pulls `mean_n` on the average of the stroke, and by a share of `wrong` more at the highest speed
-/// than the file says, and less at the lowest.
+/// Diagnosis of a chain beside the causes. The chain pulls `mean_n` on average over the stroke; at the highest speed it
+/// pulls a share `wrong` more than its form says, at the lowest as much less.
 fn chained(mean_n: f64, wrong: f64, causes: &[Added]) -> Diagnosis {
     let course = strokes(&[0.003, 0.006, 0.012, 0.025, 0.05, 0.1], 0.3, 0.2, 3000.0);
     let motion = course.motion.clone();
@@ -240,7 +239,7 @@ fn a_chain_hangs_evenly_or_from_one_end_and_what_it_pulls_more_is_an_offset() {
     }
 }
 
-/// Some rows of a run as a run of its own, whose clock is `later_s` ahead.
+/// Some rows of a run as a separate run, whose clock is `later_s` ahead.
 fn stretch(run: &Run, rows: std::ops::Range<usize>, later_s: f64) -> Run {
     let cut = |column: &Option<Vec<f64>>| column.as_ref().map(|column| column[rows.clone()].to_vec());
     Run {
@@ -263,7 +262,7 @@ fn a_block_that_runs_in_over_two_files_does_not_start_anew_with_the_second() {
     let half = whole.len() / 2;
     let two = [stretch(&whole, 0..half, 0.0), stretch(&whole, half..whole.len(), 30.0)];
     let found = diagnosis(&two);
-    // at one preload it may as well be the preload that wears off
+    // at one preload it could equally be preload lost by wear
     assert_eq!(sets(&found), [["preload-loss", "run-in"]]);
     let length = found.mechanisms[0].parameters.iter().find(|number| number.name == "length_m").expect("it has one");
     assert!((5.0..8.0).contains(&length.value), "{length:?}");
@@ -283,7 +282,7 @@ fn a_joint_that_sharpens_a_bent_rail_is_part_of_the_bend_and_one_of_several_time
     assert!(both.iter().any(|id| id == "rail-joint") && both.iter().any(|id| id == "rail-straightness"), "{both:?}");
 }
 
-/// Balls that have crossed a joint run higher from there on: at first sight a wave of twice the stroke.
+/// Beyond a joint the balls run higher: at first sight this is a wave of twice the stroke.
 #[test]
 fn a_joint_whose_second_rail_lies_higher_is_a_joint_and_no_bend() {
     for place_m in [0.21, 0.4] {
@@ -301,8 +300,8 @@ fn a_joint_whose_second_rail_lies_higher_is_a_joint_and_no_bend() {
     }
 }
 
-/// The preload swells and falls along the rail by the same share at 500 N and at 8 kN, as where the mount gives; a rail that
-/// is bent by micrometres would change the light one six times as much.
+/// The preload varies along the rail by the same share at 500 N and at 8 kN, as on a compliant mount; a rail bent by
+/// micrometres would change the light preload six times as much.
 #[test]
 fn a_rail_on_a_mount_that_gives_changes_every_preload_by_the_same_share() {
     let recorded = |(preload_n, seed): (f64, u64)| {
@@ -319,13 +318,14 @@ fn a_rail_on_a_mount_that_gives_changes_every_preload_by_the_same_share() {
     assert_eq!(sets(&found), [["rail-straightness"]], "{:#?}", found.mechanisms);
 }
 
-/// The law falls steeply at low speed, so that noise of the speed is in the mismatch and in whatever is made of the law.
+/// The law falls steeply at low speed, so that noise of the speed enters the mismatch and every column made from the
+/// law.
 #[test]
 fn noise_of_speed_and_temperature_is_no_late_force() {
     let oil = GUIDE.replace("viscosity_cst = 100.0", "viscosity_40_cst = 100.0\nviscosity_100_cst = 11.0");
     let simulation = Simulation::from_toml(&oil).expect("a sound file");
     let recorded = |(preload_n, seed): (f64, u64)| {
-        // moves of 2 s to and fro, without a corner
+        // smooth moves of 2 s to and fro
         let position = |n: usize| {
             let (speed_m_s, s) = ([0.002, 0.3, 0.005, 0.1, 0.02][n / 800 % 5], (n % 400) as f64 / 400.0);
             let way = s - (std::f64::consts::TAU * s).sin() / std::f64::consts::TAU;

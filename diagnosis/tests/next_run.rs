@@ -1,7 +1,7 @@
-//! The run that is asked for settles what it was asked for.
+//! The experiment that the diagnosis asks for decides between the explanations.
 //!
-//! A first recording leaves two explanations; the run that the diagnosis asks for is driven with the true cause in it,
-//! and both recordings are diagnosed together.
+//! A first recording leaves two explanations; the run that the diagnosis asks for is simulated with the true cause in
+//! it, and both recordings are diagnosed together.
 #![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use diagnosis::report::Diagnosis;
@@ -23,7 +23,7 @@ fn added(id: Id, shape: &[f64], amplitudes: &[f64]) -> Added {
     Added { id, form: 0, shape: shape.to_vec(), amplitudes: amplitudes.to_vec() }
 }
 
-/// What the sensor makes of a course where `cause` acts: white noise, from a seed.
+/// Recording of a course where `cause` acts, with white noise from a seed.
 fn recorded(course: Course, cause: &Added, noise_n: f64, seed: u64) -> Run {
     let mut simulation = simulation();
     simulation.mechanisms = vec![cause.clone()];
@@ -47,7 +47,7 @@ fn staircase(order: Order) -> Staircase {
     Staircase { speeds_m_s, length_m: 0.05, order, ..Staircase::default() }
 }
 
-/// The run of a code of the schema, in full.
+/// The full run for an experiment code of the schema.
 fn asked_for(code: &str, rate_hz: f64) -> Vec<Course> {
     let usual = at(3000.0);
     let course = match code {
@@ -76,17 +76,17 @@ fn asked_for(code: &str, rate_hz: f64) -> Vec<Course> {
     vec![course.unwrap()]
 }
 
-/// Names that a diagnosis leaves open: that of its one finding, then its equivalents.
+/// Names that a diagnosis leaves open: its only finding, then its equivalents.
 fn left_open(diagnosis: &Diagnosis) -> Vec<String> {
     let [finding] = diagnosis.mechanisms.as_slice() else { panic!("not one finding: {:?}", diagnosis.mechanisms) };
     std::iter::once(&finding.id).chain(&finding.equivalents).cloned().collect()
 }
 
-/// Runs that are asked for, one after the other.
+/// Largest number of runs that are asked for, one after the other.
 const MOST_ASKED: usize = 2;
 
-/// Diagnoses a recording that leaves `cause` and `rival` open, takes the runs that are asked for with `cause` in them, and
-/// answers what all together leave open.
+/// Diagnoses a recording that leaves `cause` and `rival` open, adds the runs that are asked for with `cause` in them,
+/// and returns what all runs together leave open.
 fn followed(first: Course, cause: &Added, noise_n: f64, rival: Id, seed: u64) -> Vec<String> {
     let rate_hz = ((first.run.len() - 1) as f64 / first.run.time_s[first.run.len() - 1]).round();
     let mut runs = vec![recorded(first, cause, noise_n, seed)];
@@ -110,8 +110,8 @@ fn followed(first: Course, cause: &Added, noise_n: f64, rival: Id, seed: u64) ->
     left_open(&diagnosed(&runs))
 }
 
-/// In two of three draws of the noise at least, nothing but the cause may be left; it is there in all. The sensor's own zero
-/// and the block without its seals are no runs that could be simulated here: what asks for them stays open.
+/// In at least two of three draws of the noise only the cause may be left; it is left in all. A run of the sensor's
+/// zero and one without seals cannot be simulated here: cases that ask for them stay open.
 fn settled(first: &Course, cause: &Added, noise_n: f64, rival: Id) {
     let left = [1, 11, 21].map(|seed| followed(first.clone(), cause, noise_n, rival, seed));
     let id = cause.id.name().to_owned();
@@ -173,8 +173,8 @@ fn oil_that_follows_the_thermometer_is_told_from_oil_that_friction_warms() {
 
 #[test]
 fn oil_that_friction_warms_is_not_refuted_by_the_run_that_is_asked_for() {
-    // one run names it alone for two of six seeds only: the run that is worth its time refutes the thermometer, and
-    // starvation, which nothing short tells from it, stays
+    // one run names it alone for two of six seeds only: the run worth its time refutes the thermometer lag, but
+    // starvation stays, which no short run tells from it
     let friction = added(Id::SelfHeating, &[900.0], &[-0.25]);
     for seed in [1, 11] {
         let left = followed(warming(), &friction, 0.7, Id::ViscosityTemperature, seed);
@@ -184,14 +184,14 @@ fn oil_that_friction_warms_is_not_refuted_by_the_run_that_is_asked_for() {
 
 #[test]
 fn an_offset_and_a_tilt_are_left_to_the_sensor_s_own_zero() {
-    // constants both, whatever is driven: no recording of a driven carriage names one of them alone
+    // both are constants in any motion: no recording of a driven carriage names one of them alone
     for cause in [Id::ForceOffset, Id::GravityTilt] {
         let open = diagnosed(&[recorded(one_preload(), &added(cause, &[], &[1.5]), 0.3, 1)]);
         let next = open.next_experiment.expect("something is open");
         assert_eq!(next.code, "zero-force");
         assert_eq!(next.told[0], "force-offset");
         assert!(next.told.contains(&"gravity-tilt".to_owned()) && next.expected_nats > Some(100.0));
-        // the zero does not tell an offset from one that also drifts, and no such thing is promised
+        // a reading of the zero does not tell an offset from one that also drifts, and the text promises no such thing
         assert!(!next.told.contains(&"force-drift".to_owned()), "{:?}", next.told);
         assert!(next.text.contains("gravity-tilt") && next.promise().is_some());
     }

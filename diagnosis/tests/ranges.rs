@@ -1,4 +1,4 @@
-//! A number that a simulation leaves out has a range, and no cause wins by driving it out of there.
+//! A number that a simulation file leaves out has a range; no cause may win by driving it out of that range.
 #![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use diagnosis::report::Verdict;
@@ -12,7 +12,7 @@ const AXIS: &str = "schema = \"guideblock.simulation/1\"\n[guide]\nlaw = \"coulo
 
 const RATE_HZ: f64 = 200.0;
 
-/// Strokes without a corner at seven speeds, none as long as another, moved by a friction and a mass.
+/// Smooth strokes at seven speeds and of different lengths, driven against a friction and a mass.
 fn recorded(friction_n: impl Fn(f64) -> f64, mass_kg: f64, noise_n: f64) -> Run {
     let strokes = (0..24).map(|k| (600 + (k * 377) % 800, [0.02, 0.2, 0.005, 0.1, 0.05, 0.15, 0.01][k % 7]));
     let (mut velocity, mut acceleration): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
@@ -40,8 +40,8 @@ fn recorded(friction_n: impl Fn(f64) -> f64, mass_kg: f64, noise_n: f64) -> Run 
     }
 }
 
-/// Friction that rises from next to nothing along a bell: a hill that falls with the speed follows it only on top of a Coulomb
-/// force of -20 N.
+/// Friction that rises from almost 0 along an inverted bell: a hump that falls with speed fits it only on top of a
+/// Coulomb force of -20 N.
 #[test]
 fn a_coulomb_force_is_not_driven_below_nothing() {
     let friction_n = |v: f64| v.signum() * (1.0 + 20.0 * (1.0 - (-(v / 0.12).powi(2)).exp()));

@@ -1,4 +1,5 @@
-//! A ripple of the drive: in noise that remembers, beside what is smooth along the stroke, and in another recording.
+//! A ripple of the drive: in correlated noise, beside effects that are smooth along the stroke, and in another
+//! recording.
 #![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use diagnosis::report::Diagnosis;
@@ -11,7 +12,7 @@ use simulation::sensor::Noise;
 const AXIS: &str = "schema = \"guideblock.simulation/1\"\n[guide]\nlaw = \"coulomb-viscous\"\ncoulomb_n = 20.0\n\
                     viscous_n_s_m = 200.0\noffset_n = 0.0\n[tolerance]\nfriction = 0.03\n[axis]\nmoved_mass_kg = 0.0\n";
 
-/// Length after which the drive repeats, m.
+/// Period of the drive, m.
 const LEAD_M: f64 = 0.01;
 
 fn simulation(position_reference: &str) -> Simulation {
@@ -25,13 +26,13 @@ fn strokes(speeds_m_s: &[f64]) -> Course {
     staircase.course(200.0, &Conditions::default()).unwrap()
 }
 
-/// Ripple of three orders, N: `sizes` of each, `from_m` where it begins.
+/// Ripple of three orders, N: `sizes` are their amplitudes, `from_m` is its origin.
 fn ripple(x: f64, from_m: f64, sizes: [f64; 3]) -> f64 {
     let angle = std::f64::consts::TAU * (x - from_m) / LEAD_M;
     (1..).zip(sizes).map(|(order, size)| size * (f64::from(order) * angle + f64::from(order)).sin()).sum()
 }
 
-/// The law's force, what `more` says of the place, and noise of this RMS, N, that keeps a part of itself from row to row.
+/// The law's force, `more` of the place, N, and AR(1) noise of this RMS, N, with the coefficient `memory`.
 fn recorded(course: &Course, more: impl Fn(f64) -> f64, noise_n: f64, memory: f64) -> Run {
     let force = simulation("absolute").force(&course.run, &course.motion).unwrap();
     let mut noise = Noise::new(21, 0);
@@ -59,7 +60,7 @@ fn at_one_speed_a_ripple_is_no_colour_of_the_noise() {
     assert_eq!(ids(&found), ["drive-ripple"], "{found:?}");
     let lead = found.mechanisms[0].parameters.iter().find(|number| number.name == "wavelength_m").unwrap();
     assert!((lead.value / LEAD_M - 1.0).abs() < 1e-3, "{lead:?}");
-    // and such noise alone is no ripple
+    // the noise alone is no ripple
     assert_eq!(ids(&diagnosis(&recorded(&course, |_| 0.0, 0.4, 0.95), &[], &simulation("absolute"))), [""; 0]);
 }
 
@@ -73,7 +74,7 @@ fn a_chain_is_named_beside_a_ripple_of_many_times_its_evidence() {
 
 #[test]
 fn a_ripple_says_nothing_of_a_recording_whose_places_have_another_zero() {
-    // short strokes within one wave have a mean, which is none of the wave's
+    // over short strokes within one wave its mean is not 0
     let staircase = Staircase { speeds_m_s: vec![0.001, 0.002], length_m: 0.004, ..Staircase::default() };
     let short = staircase.course(200.0, &Conditions::default()).unwrap();
     let other = recorded(&short, |x| ripple(x, 0.0043, [2.0, 0.5, 0.2]), 0.2, 0.0);

@@ -1,4 +1,4 @@
-//! Noise that is slow, in one recording with rests: no cause.
+//! Slow noise in one recording with rests is no cause.
 #![allow(clippy::expect_used, reason = "a test fails by panicking")]
 
 use diagnosis::report::Verdict;
@@ -13,8 +13,8 @@ const GUIDE: &str = "schema = \"guideblock.simulation/1\"\n[guide]\nparameters =
 
 const RATE_HZ: f64 = 100.0;
 
-/// Four minutes of strokes with rests of 0.3 to 2 s, as a machine logs them, with noise of 1 % whose power is the same in every
-/// octave.
+/// Four minutes of strokes with rests of 0.3 to 2 s, as a machine logs them, with noise of 1 % that has the same power
+/// in every octave.
 fn recorded(simulation: &Simulation, seed: u64) -> Run {
     let mut noise = Noise::new(seed, 0);
     let (rows, mut at) = (24_000, 0.1);

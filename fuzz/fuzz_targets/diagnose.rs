@@ -1,4 +1,4 @@
-//! Bytes as a recording and a simulation file: read, diagnosed, written. Nothing may panic.
+//! Fuzz target: arbitrary bytes as simulation file and recording are read, diagnosed and written. Nothing may panic.
 //!
 //! A simulation file comes first, then a line `---`, then a recording as CSV.
 //!

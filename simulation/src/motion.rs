@@ -162,7 +162,7 @@ mod tests {
         }
     }
 
-    /// To and fro at one speed, reversing within a row: as smooth as the encoder.
+    /// To and fro at one speed, reversing within a row: the motion is as smooth as the encoder allows.
     #[test]
     fn hard_turns_are_no_noise() {
         let there = |t: f64| 0.1 * (1.0 - (4.0 * t).rem_euclid(2.0)).abs();
@@ -190,7 +190,7 @@ mod tests {
         assert!(rms(&off) < ACCELERATION_NOISE * rms(&truth), "{} of {}", rms(&off), rms(&truth));
     }
 
-    /// A ramp of 20 rows in noise that asks for windows of 37, where it would read a sixth less.
+    /// A ramp of 20 rows in noise that asks for windows of 37 rows, which would read a sixth too little.
     #[test]
     fn a_short_ramp_keeps_its_height() {
         let own =

@@ -1,7 +1,7 @@
-//! Is the stated uncertainty honest? A thousand specimens, each off by what the block says it may be off.
+//! Coverage of the stated uncertainty: a thousand specimens with errors drawn from the block's own standard deviations.
 //!
-//! Friction, viscosity, oil temperature, seals, bridge zero and gain are drawn from the block's own standard
-//! deviations, the ripple has a random phase; the truth is computed by the exact model in f64, the estimate
+//! Errors are drawn for friction, viscosity, oil temperature, seals, bridge zero and gain; the ripple has a
+//! random phase. The truth is computed by the exact model in f64, the estimate
 //! by the on-board pipeline from counts. The 1 σ band must hold the truth in 68 ± 5 %, the 2 σ band in
 //! 95 ± 3 % of the specimens, in each third of the speed range.
 
@@ -16,14 +16,14 @@ use system_tests::image::BENCH;
 
 const SPECIMENS: usize = 1000;
 
-/// One specimen at one working point: speed, truth, and what the block says.
+/// One specimen at one working point: speed, m/s, true preload, N, and the block's estimate.
 fn specimen(noise: &mut Noise, number: usize) -> (f64, f64, Measured) {
     let u = BENCH.uncertainty;
     let mut off = |sigma: f32| f64::from(sigma) * noise.gaussian();
     let (friction, viscosity) = (1.0 + off(u.friction), 1.0 + off(u.viscosity));
     let (oil_k, seals_n) = (off(u.temperature_k), off(u.seals_n));
     let (zero_n, gain) = (off(u.force_offset_n), 1.0 + off(u.force_gain));
-    // evenly spread: preload 700 to 7000 N, speed 2 to 95 mm/s in the logarithm, 12 to 55 °C
+    // evenly spread: preload 700 to 7000 N, logarithm of speed 2 to 95 mm/s, 12 to 55 °C
     let share = |stride: usize| ((number * stride) % SPECIMENS) as f64 / SPECIMENS as f64;
     let preload = 700.0 + 6300.0 * share(7);
     let speed = 0.002 * 47.5f64.powf(share(13)) * if number.is_multiple_of(2) { 1.0 } else { -1.0 };
@@ -37,7 +37,7 @@ fn specimen(noise: &mut Noise, number: usize) -> (f64, f64, Measured) {
     let monitor = BENCH.build().expect("legal");
     let mut state = State::new();
     let mut last = None;
-    // until the presliding guard and a window lie behind: 0.5 mm, and 0.32 s
+    // long enough to pass the presliding guard, 0.5 mm, and a window, 0.32 s
     let blocks = (100.0f64 * (0.6e-3 / speed.abs() + 0.5)).ceil() as u32 / 10 * 10 + 10;
     for tick in 0..blocks {
         let mut block = RawBlock { tick, force: [0; 16], temperature: [0; 16], position: [0; 16] };
@@ -80,7 +80,7 @@ fn stated_bands_hold_the_truth_as_often_as_they_say() {
             100.0 * one,
             100.0 * two
         );
-        // a third of 1000 scatters by 2.6 and 1.2 points itself
+        // with a third of 1000 specimens the shares themselves scatter by 2.6 and 1.2 percentage points
         let (wide, narrow) = if part.len() == SPECIMENS { (0.05, 0.03) } else { (0.10, 0.055) };
         assert!((one - 0.68).abs() <= wide && (two - 0.95).abs() <= narrow, "1 sigma {one}, 2 sigma {two}");
     }

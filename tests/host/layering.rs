@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Every workspace crate and which workspace crates it may know.
+/// Every workspace crate and the workspace crates it may depend on.
 const LAYERS: [(&str, &[&str]); 10] = [
     ("model-core", &[]),
     ("can-wire", &["model-core"]),

@@ -9,9 +9,9 @@ use model_core::{fixed, reduced::Reduced};
 use on_target::{CARRIAGE, CARRIAGE_LAW, SLIP, SLIP_LAW};
 use system_tests::golden::golden;
 
-/// Exact geometry in f64, relative.
+/// Tolerance of the exact geometry in f64, relative.
 const EXACT: f64 = 1e-12;
-/// Reduced law in f32 and in fixed point over the paper's domain, relative error of the preload.
+/// Tolerance of the reduced law in f32 and in fixed point over the paper's domain, relative error of the preload.
 const REDUCED: f64 = 5e-6;
 
 fn close(got: f64, want: f64, tolerance: f64, what: &str) {
@@ -21,7 +21,7 @@ fn close(got: f64, want: f64, tolerance: f64, what: &str) {
 #[test]
 fn equation_20_and_the_rounded_equation_21() {
     let table = golden("eq20.csv");
-    // Eq. 21 as printed, over 4: its constants are those of Eq. 20 rounded, and eps = 1.5 H
+    // Eq. 21 as printed, divided by 4: its constants are those of Eq. 20 rounded, and eps = 1.5 H
     let printed = Friction {
         mu_coulomb: 0.00728 / 4.0,
         mu_viscous: 2.33e7 / 4.0,
@@ -113,7 +113,7 @@ fn tables_hold_the_whole_paper_domain() {
 
 #[test]
 fn rivals_run_the_same_algorithm() {
-    // own functions: the rival skeleton must give the core's bits, or its cost says nothing about the core
+    // with the core's own functions the rival code must give the core's bits, or its cost says nothing about the core
     let law: Reduced<f32> = SLIP_LAW.to_f32();
     let mut worst = [0.0f64; 3];
     for p in on_target::points(SLIP) {

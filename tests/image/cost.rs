@@ -1,5 +1,5 @@
-//! What the image costs: instructions counted in the emulator, flash, RAM and stack. The README's table is this
-//! test's output (`cargo test --profile desk -p system-tests --test cost -- --nocapture`), and the test holds it to that.
+//! Cost of the image: instructions counted in the emulator, flash, RAM and stack. The README's table is this
+//! test's output (`cargo test --profile desk -p system-tests --test cost -- --nocapture`), and the test checks that.
 
 use can_wire::parameters::ADDRESS;
 use model_core::fixed;
@@ -11,13 +11,13 @@ use system_tests::image::{BENCH, CHIPS, Placed, firmware, read, record, symbol};
 use system_tests::root;
 use virtual_board::{Chip, VirtualBoard, run_bare, symbols};
 
-/// Instructions of one f32 inversion with its sensitivities.
+/// Limit of instructions of one f32 inversion with its sensitivities.
 const INVERSION: u64 = 300;
-/// Instructions from 16 raw samples to the finished frames.
+/// Limit of instructions from 16 raw samples to the finished frames.
 const BLOCK: u64 = 2500;
-/// The same with every mechanism beside the law at work.
+/// The same with all left-out mechanisms acting.
 const BLOCK_AUGMENTED: u64 = 2 * BLOCK;
-/// Instructions of the watch on the model, for each estimate, beside the block's own.
+/// Limit of instructions of the check of the model, per estimate, beside those of the block.
 const WATCH: u64 = BLOCK / 2;
 const FLASH: u32 = 96 * 1024;
 const RAM: u32 = 14 * 1024;
@@ -56,7 +56,7 @@ fn images_keep_their_limits() {
             "{chip:?}: {} B of stack",
             outcome.stack_bytes
         );
-        // flash holds source paths, which are as long as this machine's folders: up to the next 8 KiB
+        // flash holds source paths, whose length depends on the machine: rounded up to the next 8 KiB
         let flash_kib = u64::from(flash).div_ceil(8 * 1024) * 8;
         rows.push([inversion.max, block.max, flash_kib, ram.into(), outcome.stack_bytes.into()]);
     }
@@ -71,7 +71,7 @@ fn images_keep_their_limits() {
     in_readme(lines.map(|(n, (name, limit))| format!("| {name} | {limit} | {} | {} |", rows[0][n], rows[1][n])));
 }
 
-/// A block that runs everything it can beside the law, each with a small part of the drag.
+/// A block with all left-out mechanisms, each with a small part of the drag.
 fn augmented() -> Params {
     use model_core::left_out::rail::RailTable;
     use model_core::left_out::wave::{Acts, Wave};
@@ -107,7 +107,7 @@ fn a_block_with_everything_costs_at_most_twice_as_much() {
         let elf = firmware(chip);
         let table = symbols(&elf).expect("an ELF image");
         let block = symbol(&table, &["firmware", "process_block"]);
-        // the closure within it carries its name too
+        // the closure within it carries its name, too
         let solve = table.iter().map(|(name, _)| name).find(|n| n.ends_with("solve_left_out"));
         let solve = solve.expect("a function of its own").to_owned();
         let watch = symbol(&table, &["estimate", "watch_fit"]);
@@ -144,7 +144,7 @@ fn in_readme(lines: impl Iterator<Item = String>) {
     assert!(missing.is_empty(), "the README's table must read:\n{}", missing.join("\n"));
 }
 
-/// The same inversion (no sensitivities) in other people's arithmetic, on the on-target program.
+/// The same inversion (without sensitivities) with elementary functions of other crates, in the on-target program.
 #[test]
 fn own_arithmetic_is_the_cheapest_that_is_exact_enough() {
     let elf = read("on-target");

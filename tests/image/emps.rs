@@ -1,7 +1,7 @@
-//! A real axis recording (EMPS, a ball-screw axis) through the image: it runs to the end, every frame carries a
-//! validity, and no number is given where the guide's range is left.
+//! A real axis recording (EMPS, a ball-screw axis) fed to the image: it runs to the end, every frame carries a
+//! validity, and no number is given outside the guide's range.
 //!
-//! The recording's licence does not let it into the repository. Set `GUIDEBLOCK_DATA` to a folder that holds
+//! The recording's licence does not allow it in the repository. Set `GUIDEBLOCK_DATA` to a folder that holds
 //! `emps_train.csv`, or put it into `../shared/data`; without it the test says so and passes.
 
 use can_wire::burst::DATA_BASE;
@@ -53,7 +53,7 @@ fn a_real_axis_recording_runs_through_the_image() {
             (0usize, 0usize, std::collections::BTreeMap::<&str, usize>::new());
         let mut quality = None;
         let mut states = Vec::new();
-        // another axis than the one that the record is of: the block may say so with a burst
+        // the record is of another axis: the block may report that with a burst
         let is_burst = |id: u16| (DATA_BASE..DATA_BASE + 0x80).contains(&id);
         for (_, frame) in feed.frames.iter().filter(|(_, frame)| !is_burst(frame.id)) {
             match decode(frame.id, frame.data()).expect("a sound frame").1 {

@@ -1,4 +1,4 @@
-//! Faults in the emulator: each has its documented reason, within one window (0.32 s) and one publishing period.
+//! Faults in the emulator: each gives its documented reason within one window (0.32 s) and one publishing period.
 
 use can_wire::parameters::ADDRESS;
 use can_wire::{FaultMessage, HeartbeatMessage, Message, ResetCause, decode};
@@ -47,7 +47,7 @@ fn qualities(feed: &Feed, from: usize) -> Vec<(usize, Option<Reason>)> {
     estimates.filter(|(n, _)| *n >= from).collect()
 }
 
-/// Changes the readings from sample 1600 on and asserts that `reason` is told within one window.
+/// Changes the readings from sample 1600 on and asserts that `reason` is reported within one window.
 fn reason_for(chip: Chip, reason: Reason, mut fault: impl FnMut(usize, &mut Sample)) {
     const FROM: usize = 1600;
     let mut list = steady(2.0);
@@ -102,7 +102,7 @@ fn a_bus_without_acknowledgement_costs_no_sample() {
             .at(1600, |pins| pins.acknowledge(false))
             .at(1600 + 8000, |pins| pins.acknowledge(true));
         let (outcome, feed) = run(chip, feed);
-        // every trigger while the board ran gave a sample, at its time
+        // every trigger while the board ran gave a sample, in time
         let gaps = outcome.samples.windows(2).filter(|w| w[1].at - w[0].at > 700_000).count();
         assert_eq!(gaps, 0, "{chip:?}");
         assert!(outcome.samples.len() as f64 >= seconds / SAMPLE_S, "{chip:?}");
@@ -170,12 +170,12 @@ fn function(elf: &[u8], fragments: &[&str]) -> (u32, usize) {
     (at, (segment.file_range().0 + u64::from(at) - segment.address()) as usize)
 }
 
-/// The stack runs into nothing before it has overwritten a variable: the number of starts, which no start-up code
-/// initialises, is still known.
+/// A stack overflow leaves RAM before it overwrites a variable: the number of starts, which start-up code does not
+/// initialise, survives.
 #[test]
 fn a_stack_that_overflows_ends_in_a_watchdog_reset_and_harms_no_variable() {
     for chip in CHIPS {
-        // nobody writes to it before a second has passed
+        // the function `write`, first called after a second, becomes
         // an endless recursion: push {r0-r7}, and back to it
         let mut elf = firmware(chip);
         let (_, place) = function(&elf, &["6server", "6Server5write"]);
@@ -204,10 +204,10 @@ fn branch(from: u32, to: u32) -> [u8; 4] {
     [a[0], a[1], b[0], b[1]]
 }
 
-/// The processor takes an NMI when somebody writes to the block, which is a second after its start. The emulated core has no
-/// line for it, so the program itself has one pend, on its way into a function; `ecc`: flash found what it cannot mend.
+/// Run in which the processor takes an NMI at the first write to the block, a second after its start. The emulated core
+/// has no line for it, so a detour into a function makes an NMI pend; `ecc`: flash reports an uncorrectable error.
 fn nmi(ecc: bool) -> Outcome {
-    /// Behind the image, where flash is erased.
+    /// Address of the detour, behind the image, where flash is erased.
     const DETOUR: u32 = 0x0805_0000;
     let mut elf = firmware(Chip::Stm32g474);
     let (at, place) = function(&elf, &["6server", "6Server5write"]);
@@ -222,7 +222,7 @@ fn nmi(ecc: bool) -> Outcome {
     .flat_map(u16::to_le_bytes)
     .collect();
     let begins: [u8; 4] = elf[place..place + 4].try_into().expect("four bytes");
-    // push, and what has a frame pointer: neither minds where it stands
+    // a push, and with a frame pointer its setting: both are position-independent
     assert!(matches!(begins, [_, 0xB5, _, 0xAF]) || begins[..2] == [0x2D, 0xE9], "{begins:x?}");
     detour.extend(begins);
     detour.extend(branch(DETOUR + detour.len() as u32, at + 4));
@@ -245,7 +245,7 @@ fn nmi(ecc: bool) -> Outcome {
 fn flash_that_its_ecc_cannot_mend_is_read_on() {
     let outcome = nmi(true);
     assert!(outcome.resets.is_empty(), "{:?}", outcome.resets);
-    // every other cause of an NMI is a new start at once
+    // every other cause of an NMI restarts the block at once
     let outcome = nmi(false);
     let causes: Vec<_> = outcome.resets.iter().map(|r| r.cause).collect();
     assert_eq!(causes, [virtual_board::ResetCause::Software]);

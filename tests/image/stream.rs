@@ -1,4 +1,4 @@
-//! What the real image sends is what the core computes from the samples it took.
+//! The frames of the real image are those that the core computes from the same samples.
 
 use can_wire::parameters::{ADDRESS, ParameterRecord};
 use can_wire::{Kind, Message, RawFrame, decode};
@@ -128,7 +128,7 @@ fn the_newest_image_in_flash_is_the_one_that_runs() {
     let programmed = record(params);
     params.left_out.seal.coulomb_n = [0.5; 2];
     let later = record(params);
-    // a place as the firmware's store fills it: the record, and what makes it count in its last sixteen bytes
+    // a place as the firmware's store fills it: the record, and its commit in the last sixteen bytes
     let place = |generation: u32, whole: bool| {
         let mut place = later.clone();
         let crc = later[later.len() - 4..].to_vec();

@@ -1,4 +1,4 @@
-//! A desk speaks to the real image: it asks, sets, and takes bursts, over a bus that goes off in between.
+//! A desk talks to the real image: it reads, writes and takes bursts, over a bus that goes off in between.
 
 use std::time::Duration;
 
@@ -18,11 +18,11 @@ use virtual_board::{Bench, Chip, Nanos, Outcome as Run, Pins, VirtualBoard};
 
 const SECOND: Nanos = 1_000_000_000;
 
-/// A carriage that rests, or rolls from some time to another; and a bus that is disturbed now and then.
+/// A carriage that rolls during one interval and rests otherwise; and a bus that is disturbed periodically.
 struct Axis {
     front: FrontEnd,
     rolls: std::ops::Range<Nanos>,
-    /// between two disturbances of 12 ms, ns; 0: none
+    /// period of the disturbances, which last 12 ms, ns; 0: none
     disturbed_every: Nanos,
 }
 
@@ -43,7 +43,7 @@ impl Bench for Axis {
         if self.disturbed_every > 0 {
             pins.disturb_bus(now % self.disturbed_every < 12_000_000);
         }
-        // nobody needs more; a desk that waits for ever must not
+        // no run needs more; this ends the run of a desk that waits for ever
         (now < 60 * SECOND).then_some(next)
     }
 }
@@ -108,7 +108,7 @@ fn the_image_tells_who_it_is_and_takes_changes_at_rest_only() {
             assert_eq!(client.read(Field::Changes).expect("answers"), 3);
             let error = client.load_image(&[1, 2, 3], |_, _| {}).expect_err("no image");
             assert!(matches!(error, ClientError::NotKept { .. }), "{error}");
-            // the emulated F405 drops what is written to its flash, and the block says so instead of pretending
+            // the emulated F405 drops writes to its flash, and the block reports that the save failed
             let keeps = chip == Chip::Stm32g474;
             let saved = client.save();
             assert!(if keeps { saved.is_ok() } else { matches!(saved, Err(ClientError::NotSaved(1))) }, "{saved:?}");
@@ -123,7 +123,7 @@ fn the_image_tells_who_it_is_and_takes_changes_at_rest_only() {
             assert_eq!(zero != 0, keeps, "{zero}");
         });
         assert_eq!(run.resets.len(), 1, "{chip:?}: {:?}", run.resets);
-        // half as long between two estimates since it was set
+        // the period between two estimates is halved from the write on
         let estimates: Vec<Nanos> = run.frames.iter().filter(|f| f.id == 0x181).map(|f| f.at).collect();
         let period = |at: Nanos| {
             let n = estimates.iter().position(|t| *t > at).expect("estimates go on");
@@ -136,7 +136,7 @@ fn the_image_tells_who_it_is_and_takes_changes_at_rest_only() {
 #[test]
 fn a_burst_over_a_bus_that_goes_off_is_what_was_sampled() {
     for chip in CHIPS {
-        // three times a second all frames of the block meet bit errors for 12 ms
+        // three times a second, for 12 ms, all frames of the block meet bit errors
         let axis = Axis::new(0..60 * SECOND, SECOND / 3);
         let ((got, outcome, bus_offs), run) = with_desk(chip, axis, |bus| {
             pass(bus, Duration::from_millis(1500));
@@ -157,7 +157,7 @@ fn a_burst_over_a_bus_that_goes_off_is_what_was_sampled() {
         assert!(run.resets.is_empty(), "{chip:?}: {:?}", run.resets);
         println!("{chip:?}: {bus_offs} bus-offs counted by the block");
         assert!(bus_offs >= 3, "{chip:?}: {bus_offs} bus-offs");
-        // its share of the bus, a fifth, and what it may be behind
+        // at most its share of the bus, a fifth, plus the frames by which it may lag
         let burst: Vec<Nanos> = run.frames.iter().filter(|f| f.id == 0x481).map(|f| f.at).collect();
         for (n, from) in burst.iter().enumerate() {
             let within = burst[n..].iter().take_while(|at| *at - from < SECOND / 4).count();

@@ -4,8 +4,8 @@
 use std::path::Path;
 use std::{env, fs};
 
-/// One row: drag force N, viscosity times speed, expected preload N, each as little-endian f32 bits of the
-/// nearest value; the expectation keeps f64 so that its own rounding does not count against the core.
+/// Packs a table. One row: drag force, N, and viscosity times speed, each as the nearest f32, little-endian; expected
+/// preload, N, as f64, so that its own rounding does not count against the core.
 fn pack(csv: &Path) -> Vec<u8> {
     let text = fs::read_to_string(csv).expect("golden vectors");
     let mut lines = text.lines();

@@ -44,7 +44,7 @@ fn heights_are_joined_by_lines_stay_beyond_the_ends_and_take_their_carrier() {
         assert!(is(drag[n], height * context.steady.direction[n] * (20.0 + 100.0 * speed)), "{n}");
     }
     assert!(context.steady.direction[0] == 0.0 && context.direction[0] == 1.0, "it starts from rest");
-    // a clock goes by the recording's time and closes
+    // a clock follows the recording's time modulo its period and closes
     let clock = added(Axis::Clock, Carrier::Even, &[0.0, 1.0, 4.0], &[0.0, 1.0, 0.0]).force_n(&context).expect("shown");
     for (force, t) in clock.iter().zip(&run.time_s) {
         let within = t % 4.0;

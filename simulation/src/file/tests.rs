@@ -280,7 +280,7 @@ fn mechanisms_of_every_form_are_written_and_read_back_byte_by_byte() {
     let back = Simulation::from_toml(&written).expect("legal");
     assert_eq!(back, simulation);
     assert_eq!(back.to_toml(), written);
-    // the form that is not named is the first one
+    // without a name the form is the first one
     let short = read("[[mechanism]]\nid = \"inertia\"\nmass_kg = 3").expect("legal");
     assert_eq!(short.mechanisms, [Added { id: Id::Inertia, form: 0, shape: vec![], amplitudes: vec![3.0] }]);
 }

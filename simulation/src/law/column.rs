@@ -234,8 +234,8 @@ mod tests {
         }
     }
 
-    /// The paper's own law, known only by its column, at preloads over a decade: the error of a change of its preload
-    /// or viscosity, relative to the change.
+    /// Error of the force change when preload or viscosity changes, relative to that change: the paper's own law, known
+    /// only by its column, at preloads over a decade.
     #[test]
     fn a_column_errs_by_a_few_hundredths_of_a_change() {
         let mut worst = 0.0f64;

@@ -39,7 +39,7 @@ fn rows_are_the_exact_model_to_1e_9() {
         let simulation = simulation(text);
         let Law::Guide(set) = &simulation.law else { panic!("{text}") };
         for rows in [500, 20_000] {
-            // from light to heavy preload, cold to warm, with places that were not measured
+            // from light to heavy preload, cold to warm, with rows that were not measured
             let preload = |t: f64| {
                 if ((t * 1e3) as usize).is_multiple_of(97) { f64::NAN } else { 20.0 + 9000.0 * libm::sin(t).abs() }
             };
@@ -91,7 +91,7 @@ fn factors_scale_what_they_name() {
     assert_eq!(of(Factors { preload: 0.5, ..one }).preload_n[n], 1500.0);
     let heavier = of(Factors { mass: 3.0, ..one });
     assert!((heavier.force_n[n] - base.force_n[n] - 4.0 * motion.acceleration_m_s2[n]).abs() < 1e-9);
-    // the three terms make up the whole
+    // the three terms add up to the whole friction
     let term = |factors: Factors| of(factors).drag_n[n] - base.drag_n[n];
     let sum = term(Factors { mu_coulomb: 2.0, ..one })
         + term(Factors { mu_viscous: 2.0, ..one })

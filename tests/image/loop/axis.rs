@@ -1,4 +1,4 @@
-//! A carriage that goes up and down a staircase of speeds, with something acting on it that the block may not know of.
+//! A carriage on a staircase of speeds, with effects acting on it that the block may not know of.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -16,19 +16,19 @@ pub(crate) const PRELOAD_N: f64 = 3000.0;
 const SPEEDS: [f64; 6] = [0.02, 0.05, 0.09, 0.05, 0.02, 0.01];
 /// Acceleration at the ends of a stroke, m/s².
 const ACCELERATION: f64 = 1.0;
-/// Between two steps of the axis, ns and s: as often as the desk looks at the bus.
+/// Time step of the axis, ns and s: that at which the desk reads the bus.
 const STEP: Nanos = 500_000;
 const STEP_S: f64 = STEP as f64 * 1e-9;
-/// What drag has beside the law on every axis: standard deviation, share, and times over which it wanders, s.
+/// Random wander of the drag on every axis: standard deviation, as a share, and its correlation times, s.
 const WANDERS: f64 = 0.003;
 const WANDERING_S: [f64; 2] = [5.0, 1200.0];
 
-/// What acts on the axis; the block knows of it only through its sensors.
+/// Effects on the axis; the block knows of them only through its sensors.
 #[derive(Clone, Copy)]
 pub(crate) struct World {
     /// Friction beside the law, N.
     pub(crate) wiper_n: f64,
-    /// Relative preload that a place of the rail adds.
+    /// Relative preload that is added at a place of the rail, m.
     pub(crate) rail: fn(place_m: f64) -> f64,
     /// Temperature, °C, at a time since the run began.
     pub(crate) degc: fn(time_s: f64) -> f64,
@@ -36,10 +36,10 @@ pub(crate) struct World {
     pub(crate) stroke_m: f64,
 }
 
-/// Nothing concealed.
+/// An axis without concealed effects.
 pub(crate) const HONEST: World = World { wiper_n: 0.0, rail: |_| 0.0, degc: |_| 30.0, stroke_m: 0.1 };
 
-/// What the desk and the axis tell each other.
+/// Messages between desk and axis.
 #[derive(Default)]
 pub(crate) struct Told {
     halt: AtomicBool,
@@ -48,12 +48,12 @@ pub(crate) struct Told {
 }
 
 impl Told {
-    /// The carriage is to go home and stay there.
+    /// Tells the carriage to go home and stay there.
     pub(crate) fn halt(&self) {
         self.halt.store(true, Ordering::Relaxed);
     }
 
-    /// The next run begins. In between the axis has cooled down.
+    /// Begins the next run. In between the axis has cooled down.
     pub(crate) fn run(&self) {
         self.home.store(false, Ordering::Relaxed);
         self.halt.store(false, Ordering::Relaxed);
@@ -100,7 +100,7 @@ impl Axis {
         }
     }
 
-    /// Moves on by a step; direction of the stroke, 0 at home.
+    /// Moves by one step; returns the direction of the stroke, 0 at home.
     fn roll(&mut self, now: Nanos) -> f64 {
         let out = self.stroke.is_multiple_of(2);
         if self.v == 0.0 && out && self.told.halt.load(Ordering::Relaxed) {
@@ -141,7 +141,7 @@ impl Bench for Axis {
         pins.force_code(self.front.force_code(force));
         pins.temperature_code(self.front.temperature_code(Some(degc)));
         pins.move_encoder_to(self.front.encoder_count(self.x), now + STEP);
-        // nobody needs more; a desk that waits for ever must not
+        // no run needs more; this ends the run of a desk that waits for ever
         (now < 3_600_000_000_000).then_some(now + STEP)
     }
 }

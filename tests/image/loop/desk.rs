@@ -1,4 +1,4 @@
-//! The desk at the block's bus: what it hears while it waits, and what it makes of a burst.
+//! The desk at the block's bus: it listens while it waits, records bursts and diagnoses them.
 
 use std::path::Path;
 use std::time::Duration;
@@ -21,17 +21,17 @@ use system_tests::image::{BENCH, record};
 
 use crate::axis::PRELOAD_N;
 
-/// What it hears while it waits.
+/// The desk: its bus, and what it has heard.
 pub(crate) struct Desk<'a> {
     pub(crate) bus: &'a mut Emulated,
     listening: Listening,
     recorder: Recorder,
     /// bursts that ended
     pub(crate) bursts: u32,
-    /// relative errors of the preloads that were told since they were last looked at
+    /// relative errors of the preloads received since the last call of [`error`](Self::error)
     pub(crate) errors: Vec<f64>,
     pub(crate) misfit: Option<MisfitMessage>,
-    /// hash of the image in use, of the newest state frame
+    /// hash of the image in use, from the newest state frame
     pub(crate) image: u32,
 }
 
@@ -76,12 +76,12 @@ impl<'a> Desk<'a> {
         self.until(time + Duration::from_secs(1), |d| d.bus.now() >= end);
     }
 
-    /// Whether the newest misfit frame says so.
+    /// Whether the newest misfit frame reports a misfit.
     pub(crate) fn does_not_fit(&self) -> bool {
         self.misfit.is_some_and(|m| m.since_s.is_some())
     }
 
-    /// Waits for the burst under way, or to come, and has it on disk; rows of the recording so far.
+    /// Waits for the present or next burst and writes it to disk; returns the rows of the recording so far.
     pub(crate) fn take_burst(&mut self) -> u64 {
         let before = self.bursts;
         self.until(Duration::from_secs(120), |d| d.bursts > before);
@@ -90,16 +90,16 @@ impl<'a> Desk<'a> {
         self.recorder.rows()
     }
 
-    /// Orders a burst, and leaves the answer to whoever listens: a client that waits for it would take frames of a burst
-    /// that the block has begun of itself, because the misfit ended and began anew. Such a block refuses the order, and
-    /// its own burst, which is as long, does as well.
+    /// Orders a burst without waiting for the answer: a client that waits would swallow frames of a burst that the
+    /// block may have begun by itself, because the misfit ended and began anew. Such a block refuses the order, and its
+    /// own burst, which is as long, serves as well.
     pub(crate) fn order_burst(&mut self) {
         let order = Order { blocks: 6000, past: 0, asked: true };
         let request = client::write(NodeId::FIRST, object(Field::BurstOrder), order.value());
         self.bus.send(&request).expect("a bus");
     }
 
-    /// RMS of the errors since it was last asked for.
+    /// RMS of the relative errors since the last call.
     pub(crate) fn error(&mut self) -> f64 {
         let errors = std::mem::take(&mut self.errors);
         assert!(errors.len() > 100, "{} preloads", errors.len());
@@ -107,8 +107,8 @@ impl<'a> Desk<'a> {
     }
 }
 
-/// Diagnoses a recording, which must name `effect` first, and makes an image of what was found. `cst`: the oil that the
-/// simulation of this axis believes in.
+/// Diagnoses a recording, which must name `effect` first, and makes an image from the findings. `cst`: viscosity that
+/// the simulation of this axis assumes, cSt.
 pub(crate) fn explain(run: &Path, own: Params, cst: f32, effect: Id) -> Vec<u8> {
     let text = format!(
         "schema = \"guideblock.simulation/1\"\n[guide]\nparameters = \"zhou-2023\"\n[lubricant]\nviscosity_cst = {cst}\n[operation]\npreload_n = {PRELOAD_N:?}\n"
@@ -131,7 +131,7 @@ pub(crate) fn explain(run: &Path, own: Params, cst: f32, effect: Id) -> Vec<u8> 
     }
     let named = outcome.diagnosis.mechanisms.first().map(|cause| cause.id.as_str());
     assert_eq!(named, Some(effect.name()));
-    // as a file, which is what `diagnose --export` leaves and `image` takes
+    // through a file, as `diagnose --export` writes and `image` reads it
     let exported = outcome.augmented.expect("something to export").to_toml();
     let augmented = Simulation::from_toml(&exported).expect("what was written can be read");
     let base = parameters::decode(&record(own)).expect("the block's own");

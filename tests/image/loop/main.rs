@@ -1,6 +1,6 @@
-//! The whole loop on the real image, one command. Something that its parameters do not know acts on the axis. The block
-//! reports that its model does not fit and sends a burst; `diagnose` names the cause; the image made of that is loaded
-//! over the bus, survives a reset, and the preload is right again.
+//! The whole loop on the real image in one test. An effect that its parameters lack acts on the axis. The block
+//! reports that its model does not fit and sends a burst; `diagnose` names the cause; the image made from that is
+//! loaded over the bus, survives a reset, and the preload is right again.
 //!
 //! On the G474 only: the emulated F405 drops what is written to its flash.
 
@@ -27,19 +27,19 @@ use virtual_board::{Chip, Outcome, VirtualBoard};
 use axis::{Axis, HONEST, Told, World};
 use desk::{Desk, explain};
 
-/// What is concealed from a block, and what must come of it.
+/// An effect concealed from a block, and the required outcome.
 struct Concealed {
     name: &'static str,
     world: World,
     /// the block's parameters
     own: Params,
-    /// the oil that the desk's simulation of the axis believes in, cSt
+    /// viscosity that the desk's simulation of the axis assumes, cSt
     cst: f32,
     /// what `diagnose` must name
     effect: Id,
     /// travel after which a misfit must have been reported, m
     within_m: f64,
-    /// bursts ordered beside the one that the block sends of itself, and the pause before each
+    /// bursts ordered beside the one that the block sends by itself, and the pause before each
     more_bursts: u32,
     pause: Duration,
 }
@@ -48,7 +48,7 @@ const fn seconds(n: u64) -> Duration {
     Duration::from_secs(n)
 }
 
-/// What the noise of axis and sensors begins with: `GUIDEBLOCK_LOOP_SEED`, to try others than the one of every day.
+/// Seed of the noise of axis and sensors: `GUIDEBLOCK_LOOP_SEED`, to try others than the usual one.
 fn seed() -> u64 {
     std::env::var("GUIDEBLOCK_LOOP_SEED").ok().map_or(5, |text| text.parse().expect("a whole number"))
 }
@@ -60,7 +60,7 @@ fn with_desk(name: &str, world: World, own: Params, talk: impl FnOnce(&mut Desk<
     let (bus, linked) = link(Axis::new(world, Arc::clone(&told), seed()));
     std::thread::scope(|scope| {
         let talking = scope.spawn(move || {
-            // dropped when this ends, however it ends, and the board's run with it
+            // dropped when this closure ends, even by a panic, which ends the board's run, too
             let mut bus = bus;
             talk(&mut Desk::new(&mut bus, &run), &told, &run);
         });
@@ -74,12 +74,12 @@ fn with_desk(name: &str, world: World, own: Params, talk: impl FnOnce(&mut Desk<
 fn closes(concealed: &Concealed) {
     let Concealed { name, within_m, .. } = *concealed;
     let outcome = with_desk(name, concealed.world, concealed.own, |desk, told, run| {
-        // it notices
+        // the block notices the misfit
         desk.until(seconds(1200), Desk::does_not_fit);
         let misfit = desk.misfit.expect("one was heard");
         println!("{name}: misfit after {:.2} m, {:.0?}: {misfit:?}", told.travel_m(), desk.bus.now());
         assert!(told.travel_m() <= within_m, "{} m", told.travel_m());
-        // hands over
+        // and sends bursts
         let mut rows = desk.take_burst();
         for _ in 0..concealed.more_bursts {
             desk.wait(concealed.pause);
@@ -91,7 +91,7 @@ fn closes(concealed: &Concealed) {
         let before = desk.error();
         // the desk explains
         let bytes = explain(run, concealed.own, concealed.cst, concealed.effect);
-        // it learns
+        // the block gets the new image
         told.halt();
         desk.until(seconds(120), |_| told.is_home());
         desk.wait(seconds(1));
@@ -102,7 +102,7 @@ fn closes(concealed: &Concealed) {
         let hash = image_hash(&bytes).expect("an image");
         desk.until(seconds(5), |d| d.image == hash);
         (desk.misfit, desk.errors) = (None, Vec::new());
-        // and is right on the next run, as long as the first
+        // and is right on the next run, which is as long as the first
         told.run();
         let from = told.travel_m();
         desk.until(seconds(1800), |d| d.does_not_fit() || told.travel_m() >= from + travel);
@@ -113,7 +113,7 @@ fn closes(concealed: &Concealed) {
             100.0 * after,
             desk.misfit
         );
-        // a judgement was made, and it is that the model fits
+        // the block has judged, and the model fits
         assert!(desk.misfit.is_some_and(|m| m.axis.is_some() && m.since_s.is_none()), "{:?}", desk.misfit);
         assert!(5.0 * after <= before, "{after} after {before}");
     });
@@ -129,7 +129,7 @@ fn a_seal_wiper_is_noticed_explained_and_learned() {
         cst: BENCH.viscosity.at(30.0).expect("inside the oil's range").cst,
         effect: Id::SealDrag,
         within_m: 10.0,
-        // within one, every speed comes once, and a slow drift of the drag passes for run-in
+        // within one burst every speed occurs once, and a slow drift of the drag would pass for run-in
         more_bursts: 2,
         pause: seconds(0),
     });
@@ -151,7 +151,7 @@ fn a_rail_profile_is_noticed_explained_and_learned() {
 
 #[test]
 fn a_warm_up_with_the_wrong_viscosity_is_noticed_explained_and_learned() {
-    // it believes in the oil at 40 °C, whatever the temperature
+    // the block assumes the viscosity at 40 °C at every temperature
     let flat = ViscosityCubic { ln: [4.605_170_2, 0.0, 0.0, 0.0], ..ViscosityCubic::VG100 };
     closes(&Concealed {
         name: "warm-up",

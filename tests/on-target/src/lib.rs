@@ -1,4 +1,4 @@
-//! What the core computes, reduced to a page of text that must be the same on every machine.
+//! The core's results, reduced to a page of text that must be the same on every machine.
 //!
 //! The page holds, for the golden vectors of both Hersey conventions and both builds of the law, the worst
 //! relative error of the preload and a hash over the bits of every result; then a hash over the estimates

@@ -1,4 +1,4 @@
-//! The same inversion in other people's arithmetic, so that the price of ours can be compared.
+//! The same inversion with elementary functions of other crates, to compare the cost of our own.
 //!
 //! Identical algorithm (seed, two Halley steps), identical checks; only `cbrt` and `exp` differ.
 
@@ -8,7 +8,7 @@ use model_core::reduced::{DragLaw, GROUP_LIMIT, Reduced};
 
 /// The elementary functions under test.
 pub trait Functions {
-    /// Cube root of a positive number, as rough as the start of an iteration may be.
+    /// Cube root of a positive number, accurate enough to start an iteration.
     fn cbrt(x: f32) -> f32;
     /// Exponential of a number that is not positive.
     fn exp(x: f32) -> f32;

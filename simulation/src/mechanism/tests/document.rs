@@ -1,4 +1,4 @@
-//! `docs/mechanisms.md` is made from the library: this holds the two together.
+//! `docs/mechanisms.md` is made from the library: this test checks that both agree.
 
 use std::fmt::Write;
 use std::path::Path;

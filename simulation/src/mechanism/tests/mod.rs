@@ -1,4 +1,4 @@
-//! The library as a whole; single mechanisms are held against their physics in the modules below.
+//! The library as a whole; the modules below check single mechanisms against their physics.
 
 mod document;
 mod motion_and_rest;
@@ -29,7 +29,7 @@ pub(super) fn simulation(text: &str) -> Simulation {
     Simulation::from_toml(&format!("schema = \"guideblock.simulation/1\"\n{text}")).expect("legal")
 }
 
-/// Laws that know little and much.
+/// Laws with few and with many inputs.
 pub(super) fn simulations() -> Vec<Simulation> {
     [
         "[guide]\n[operation]\npreload_n = 3000\n[axis]\nmoved_mass_kg = 5",
@@ -41,7 +41,8 @@ pub(super) fn simulations() -> Vec<Simulation> {
     .into()
 }
 
-/// A run with everything in it: rests, reversals, slow and fast strokes over a metre, loads and temperatures that change.
+/// A run with everything in it: rests, reversals, slow and fast strokes over a metre, loads and temperatures that
+/// change.
 pub(super) fn rich(rows: usize) -> Run {
     let dt = 120.0 / rows as f64;
     let (mut x, mut positions, mut velocities) = (0.0, Vec::new(), Vec::new());

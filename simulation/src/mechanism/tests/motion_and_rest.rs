@@ -1,4 +1,4 @@
-//! What a context says of turns, rests and distances.
+//! Turns, rests and distances in a context.
 
 use super::*;
 
@@ -66,8 +66,8 @@ fn memory_restarts_with_a_part_and_travel_goes_on() {
     assert_eq!(context.dwell_s[7000], 0.0);
 }
 
-/// A recording that begins as the carriage sets out begins at rest, whatever a window of rows sees there; one that begins in
-/// motion does not know how far it has come.
+/// A recording that begins as the carriage sets out counts as beginning at rest, whatever velocity its first window
+/// shows; in one that begins in motion the distance so far is unknown.
 #[test]
 fn a_recording_may_begin_as_the_carriage_sets_out() {
     for (position, since_m) in [

@@ -1,4 +1,4 @@
-//! Single mechanisms against what physics says of them.
+//! Single mechanisms against their physics.
 
 use super::*;
 use crate::law::Factors;
@@ -102,7 +102,7 @@ fn oil_that_thins_is_the_law_with_the_oil_of_its_grade() {
         let got = context.steady.force_n[n] + column[n];
         assert!((got - truth[n]).abs() < 1e-4 * (1.0 + truth[n].abs()), "{n}: {got} {}", truth[n]);
     }
-    // a law that follows the temperature has nothing left out
+    // a law that follows the temperature leaves nothing out
     let context = Context::of(&with_oil, &run, &motion).expect("complete");
     assert!(columns(Id::ViscosityTemperature, "minimal", &context, &[40.0]).is_none());
 }
@@ -117,7 +117,7 @@ fn preload_acts_as_the_law_with_another_preload() {
         constant.steady(&Factors { preload: 0.99, ..Factors::default() }, &run, &motion).expect("complete").force_n;
     let column = columns(Id::PreloadLoss, "minimal", &context, &[]).expect("travels").remove(0);
     for n in (0..run.len()).step_by(97).filter(|n| context.travel_m[*n] > 0.1) {
-        // the amplitude that has lost 1 % here, at this preload: a lighter one would have lost more
+        // the amplitude for a loss of 1 % here, at this preload; at a lighter one the loss would be larger
         let amplitude = -0.01 * context.relative_load(n).powf(2.0 / 3.0) / context.travel_m[n];
         let got = context.steady.force_n[n] + amplitude * column[n];
         assert!((got - less[n]).abs() < 1e-4 * (1.0 + less[n].abs()), "{n}");
@@ -170,7 +170,7 @@ fn presliding_builds_up_over_its_length_and_remembers_unfinished_strokes() {
     let motion = Motion::of(&short);
     let context = Context::of(&simulations()[1], &short, &motion).expect("complete");
     let column = columns(Id::Presliding, "minimal", &context, &[1e-3]).expect("turns").remove(0);
-    // strokes of 6 % of the length: the friction hardly shows, whatever the direction
+    // strokes of 6 % of the presliding length: hardly any friction builds up, in either direction
     for n in (2500..8500).filter(|n| context.steady.direction[*n] != 0.0) {
         assert!((column[n] + context.steady.force_n[n]).abs() < 0.2 * context.steady.drag_n[n], "{n}");
     }

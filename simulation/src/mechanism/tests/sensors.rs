@@ -1,10 +1,10 @@
-//! Sensor effects against what they do to a known force.
+//! Sensor effects, applied to a known force.
 
 use std::f64::consts::TAU;
 
 use super::*;
 
-/// The law is a column: any force can be put in.
+/// A run whose law is a column, so that any force can be put in.
 fn recorded(rows: usize, dt: f64, force: impl Fn(f64) -> f64) -> Run {
     let time_s: Vec<f64> = (0..rows).map(|n| n as f64 * dt).collect();
     Run {
@@ -110,7 +110,7 @@ fn a_turn_between_two_rows_is_a_jump_and_no_slope() {
     assert!((out - 40.0 * (-0.7 * dt / tau).exp()).abs() < 1e-9, "{out}");
 }
 
-/// At rest the law has no force: a late channel shows either none, or what the carriage stopped with.
+/// At rest the law has no force: a late channel shows either none, or the force with which the carriage stopped.
 #[test]
 fn a_late_channel_shows_a_rest_late() {
     let mut run = recorded(3000, 1e-3, |_| 20.0);
@@ -164,7 +164,7 @@ fn play_takes_the_force_away_over_its_gap_after_a_reversal_only() {
 
 #[test]
 fn play_opens_where_the_force_turns_and_be_it_before_the_carriage_does() {
-    // a mass that is slowed down: at 0.1 m/s throughout, pushed until 1 s and held back from then on
+    // a mass that is braked: at 0.1 m/s throughout, pushed until 1 s and held back from then on
     let run = recorded(400, 0.005, |t| if t < 1.0 { 10.0 } else { -10.0 });
     let taken = column(&run, Id::CouplingBacklash, 0, &[5e-3]);
     for (n, taken) in taken.iter().enumerate() {
@@ -230,7 +230,7 @@ fn the_step_of_a_channel_is_read_from_its_values() {
     assert!((form.columns)(&context, &[0.1]).is_none(), "values that do not repeat have no step");
 }
 
-/// Where the normal distribution reaches a probability, by bisection.
+/// Quantile of the standard normal distribution at a probability, by bisection.
 fn normal_quantile(p: f64) -> f64 {
     let (mut low, mut high) = (-8.0, 8.0);
     for _ in 0..50 {
