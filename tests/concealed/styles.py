@@ -28,7 +28,7 @@ import numpy as np
 NOISE = 0.01
 ROUNDED = {"time_s": 6, "position_m": 7, "segment": 0, "velocity_m_s": 6}
 
-# --- motion: columns of a recording without its force, and the position behind them
+# --- motion: columns of a recording without its force, and the true position
 
 
 def trapezoids(speed, acceleration, seconds, step, start=0.1, end=0.7, rest=0.3):
@@ -100,7 +100,7 @@ def machine_log(rng):
 
 
 def jerk_limited(_):
-    """Moves of 2 s without a corner, at 1 kHz."""
+    """Smooth moves of 2 s, at 1 kHz."""
     s = np.arange(2000) / 2000
     moved = s**3 * (10 - 15 * s + 6 * s * s)
     parts = [0.1 + length * way for length in (0.05, 0.2, 0.5, 0.1, 0.05, 0.2, 0.5, 0.1, 0.05, 0.2) for way in (moved, 1 - moved)]
@@ -144,7 +144,7 @@ STYLES = {
     style.__name__: style for style in (hard_turns, sinusoids, ramps, machine_log, jerk_limited, decades, decades_by_position)
 }
 
-# standard deviation of what a channel reads
+# standard deviation of a channel's noise
 READ = {"decades": {"position_m": 1e-6, "velocity_m_s": 2e-5, "temperature_block_degc": 0.02}}
 READ["decades_by_position"] = {"position_m": 1e-6, "temperature_block_degc": 0.02}
 GUIDE_ALONE = {"hard_turns", "decades", "decades_by_position"}
@@ -153,7 +153,7 @@ GUIDE_ALONE = {"hard_turns", "decades", "decades_by_position"}
 
 
 def by_parts(columns, of):
-    """What `of` makes of the rows of every segment."""
+    """Applies `of` to the rows of every segment."""
     segment = columns.get("segment", np.zeros(len(columns["time_s"])))
     out = np.zeros(len(segment))
     for part in np.unique(segment):
@@ -176,11 +176,11 @@ class Moved:
 
     @property
     def inertial(self):
-        """What the mass takes."""
+        """Force that accelerates the mass."""
         return self.force - self.friction
 
     def along(self, of):
-        """What `of(before, row)` makes of one row after the other, from 0 in the first of a segment."""
+        """Recursion `of(before, row)` over the rows, from 0 at the first row of a segment."""
         segment = self.columns.get("segment", np.zeros(len(self.time)))
         out, state = np.zeros(len(self.time)), 0.0
         for n in range(1, len(out)):
@@ -190,7 +190,7 @@ class Moved:
 
 
 def held(force):
-    """A force that is not known at rest: what the carriage stopped with, before the first stop what it starts with."""
+    """Force held at rest, where it is undetermined: that at the last stop; before the first motion, that of the start."""
     known = np.isfinite(force)
     row = np.maximum.accumulate(np.where(known, np.arange(len(force)), -1))
     return force[np.where(row < 0, np.flatnonzero(known)[0], row)]
@@ -233,7 +233,7 @@ def column(_, folder, moved):
 
 LAWS = {law.__name__: law for law in (guide, axis, column)}
 
-# --- effects: the whole force with the effect in it. `rms_n`: what it is to add; `share`: that of the drag
+# --- effects: the whole force with the effect in it. `rms_n`: RMS that it adds; `share`: the same relative to the drag
 
 
 def scaled(force, rms_n):
@@ -296,7 +296,7 @@ EFFECTS = {
     "seal+balls": (["seal-drag", "ball-pass"], lambda m, n, s: m.force + balls(m, s) + n * m.sign),
     "rail+viscous": (["rail-straightness", "viscous-drag"], lambda m, n, s: m.force + rail(m, n) + scaled(m.speed, n)),
 }
-# what an axis whose numbers are all fitted has of its own
+# effects that an axis contains already, since all its numbers are fitted
 FITTED = {"seal", "viscous", "offset", "inertia", "seal+balls", "rail+viscous", "within-tolerance"}
 
 
@@ -330,7 +330,7 @@ def make(binary, folder, seed, style, law, effect, share):
 
 
 def diagnosed(binary, folder):
-    """Outcome of a recording, and what was said."""
+    """Outcome of a recording, and the names given."""
     said = subprocess.run(
         [binary, "diagnose", folder / "recording.csv", "--simulation", folder / "simulation.toml", "--json", "-"],
         capture_output=True,
@@ -363,7 +363,7 @@ def main():
         for law in LAWS
         for effect in EFFECTS
         for share in (0.01, 0.03)
-        # a mass that turns within a row is no machine, and preloads are a guide's
+        # no real mass turns within a row, and only a guide has preloads
         if not (law == "axis" and effect in FITTED) and not (law != "guide" and style in GUIDE_ALONE)
     ]
 

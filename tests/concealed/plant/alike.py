@@ -1,17 +1,17 @@
-"""What an undecidable recording leaves standing, by fit: every other effect that an ideal analyser could not refute.
+"""Effects that an undecidable recording leaves open, by fit: every other effect that an ideal analyser could not refute.
 
-An effect stands where, in one of a few more drawings, at the best size and with a sign that it can have, with the constants
-of the law inside their tolerance, it leaves less of the hidden difference than anyone could see (a score below VISIBLE), or less than
-one drawing of the hidden effect leaves of another: a fiftieth of the evidence, or what the drawings here leave. One of the drawings
-is the plain one where a kind has it (a seal without cage and slope).
+An effect stands (is left open) if one of a few further drawings of it, at its best size and with a possible sign, with the
+constants of the law inside their tolerance, leaves less of the hidden difference than anyone could see (a score below
+VISIBLE), or less than one drawing of the hidden effect leaves of another: a fiftieth of the evidence, or what the drawings
+here leave. One of the drawings is the plain one where a kind has it (a seal without cage and slope).
 """
 import numpy as np
 from .effect import Effect
 from .pipeline import difference, tangents, true_force, whitened
 
 VISIBLE = 4.0
-DRAWINGS = 4    # one alone may have a shape that refutes it where its own kind as a whole is not refuted
-ALIKE = 0.02 ** 0.5  # of the score; a seal's ripple and a contact's hysteresis leave up to 0.12 of it, no two others 0.13 to 0.16
+DRAWINGS = 4    # a single one may have a shape that is refuted although its kind as a whole is not
+ALIKE = 0.02 ** 0.5  # share of the score; a seal's ripple and a contact's hysteresis leave up to 0.12 of it, no two others 0.13 to 0.16
 ELSEWHERE = ("external-load", "viscosity-temperature", "parameter-shift")  # a known weight, a sensor's law, the law itself
 
 
@@ -26,7 +26,7 @@ def standing(seed, c, w, design, classes, hidden, d, sigma, law, tolerance):
     size = np.sqrt(np.mean(d ** 2))
 
     def left(column=None, free=None):
-        """Score that is left beside one more column, which has to be positive, or with a constant of the law set free."""
+        """Score that remains with one more column, whose amplitude must be positive, or with a constant of the law set free."""
         a, p = x, prior.copy()
         if free is not None:
             p[free] = 0.0
@@ -49,7 +49,7 @@ def standing(seed, c, w, design, classes, hidden, d, sigma, law, tolerance):
 
 
 def _drawn(seed, c, w, design, cls, without, size):
-    """Differences that drawings of an effect make, of about a size, with every sign it can have."""
+    """Differences made by drawings of an effect at about one size, with every sign that it can have."""
     for drawing in range(DRAWINGS + bool(cls.plain)):
         e = cls(np.random.Generator(np.random.PCG64([seed, 7, drawing])), w, design)
         if drawing == DRAWINGS:

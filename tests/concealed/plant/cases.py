@@ -37,7 +37,7 @@ UNDECIDABLE = (
 
 
 def design(rng, law, ids, short, manner="laboratory"):
-    """The measuring programme, adapted to what is hidden only where the effect would not show at all otherwise."""
+    """The measuring programme, adapted to the hidden effect only where it would not show at all otherwise."""
     if law == "axis":
         return {"rate": 1000, "oversample": 2, "stroke": 0.24, "preload": (3000, 3000), "speed": (0.008, 0.14), "accel": 1.5, "dwell": (0.05, 0.5),
                 "kinds": ["wide"], "jerk_time": 0.04, "ripple": 0.002, "inert": 0.05, "gap": (20, 60), "warming": 2.5, "rail_share": 0.5} | manners.draw(rng, manner, law, ids)
@@ -102,7 +102,7 @@ def build(seed, kind, out, effect=None, strength=3.0, law="white", short=False, 
     tolerance = {"preload": 0.05, "friction": 0.03, "viscosity": 0.05, "friction_terms": 0.0, "mass": 0.0, "relevance": 0.001}
     if is_axis:
         tolerance = {"friction": 0.03, "friction_terms": 0.0, "mass": 0.02, "relevance": 0.001}
-    if kind == "undecidable":  # otherwise what is hidden would be an admitted error of the constants
+    if kind == "undecidable":  # otherwise the hidden effect would be within the stated tolerance of the constants
         tolerance |= {"preload": 0.003, "friction": 0.003, "viscosity": 0.01}
     if "force-gain" in ids or any(i == "parameter-shift" for i in ids):
         for n in ("preload", "friction", "viscosity", "mass"):
@@ -127,7 +127,7 @@ def build(seed, kind, out, effect=None, strength=3.0, law="white", short=False, 
     chosen, report = [], []
     for cls in plan["classes"]:
         e = cls(rng, w, d)
-        # a share of a pair gets its own strength, the second the asked one times 0.6 to 1.6
+        # each effect of a pair gets its own strength, the second the asked one times 0.6 to 1.6
         pct = strength if not chosen else strength * float(rng.uniform(0.6, 1.6))
         if kind in ("pair", "triple") and cls.id == "coupling-backlash":  # as in every other block: a smaller one is a gap of a wavelength of light
             pct += 8.0
@@ -143,11 +143,11 @@ def build(seed, kind, out, effect=None, strength=3.0, law="white", short=False, 
                        "also_allowed": ["load-crosstalk"] if d["preload"][0] == d["preload"][1] and {"force-offset", "gravity-tilt"} & ({e.id} | set(plan["equivalents"])) else [], "absorbed_share_by_gains": share, "ideal_z": z, "where": where(c, e, rest)})
         if kind == "undecidable":
             stands = standing(seed, c, w, d, list(PHYSICS.values()) + list(SENSORS.values()), e, diff, _sigma(c, c.rec(true_force(c, w, [])), level), law, tolerance)
-            if share > 0.9:  # constants of the law swallow it, and so does a gain of the channel
+            if share > 0.9:  # constants of the law absorb it, and so does a gain of the channel
                 stands |= {"parameter-shift", "force-gain"}
-            if d.get("one_way") and "force-gain" in stands:  # in one direction a gain is all that an asymmetry is
+            if d.get("one_way") and "force-gain" in stands:  # in one direction an asymmetry is nothing but a gain
                 stands.add("direction-asymmetry")
-            # a filter and a lag share a time constant, which a second draw does not hit; a friction never pushes
+            # filter and lag fit only with the same time constant, which a second drawing misses; a friction never pushes
             must = [i for i in report[-1]["equivalents"] if i in stands or i in ("frictional-lag", "force-lowpass")]
             report[-1] |= {"equivalents": must, "also_allowed": sorted((stands | set(report[-1]["also_allowed"])) - set(must) - {e.id})}
     clean_force = c.rec(true_force(c, w, []))

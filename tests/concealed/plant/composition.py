@@ -1,4 +1,4 @@
-"""Which cases make a set."""
+"""Composition of the sets of cases."""
 import numpy as np
 from .cases import AXIS_IDS, DAMAGES, PHYSICS, SENSORS, UNDECIDABLE, UNKNOWN
 from .noise import LAWS

@@ -1,4 +1,4 @@
-"""Spoiled files: what recorders and people do to a recording."""
+"""Damaged files: what recorders and people do to a recording."""
 
 
 class Damage:

@@ -1,4 +1,4 @@
-"""What an effect may change, in the order of the pipeline, and the one number that scales it."""
+"""Base class of effects: quantities that an effect may change, in the order of the pipeline, and the one number that scales it."""
 import numpy as np
 
 
@@ -13,7 +13,7 @@ class Effect:
     unit = ""              # of k
     equivalents = ()       # ids that no recording of this design can tell from it
     near = ()              # ids that resemble it in many recordings
-    plain = {}             # shape constants of the drawing that has as little shape as its kind can have
+    plain = {}             # shape constants of the simplest drawing of its kind
     name_k = "scale"
 
     def __init__(self, rng, world, design):
@@ -52,11 +52,11 @@ class Effect:
         return 0.0
 
     def sensor(self, c, w, k, force):
-        """What the force channel makes of it."""
+        """Force as the force channel distorts it."""
         return force
 
     def after_noise(self, c, w, k, recorded):
-        """What the converter makes of the noisy force at the recorded samples."""
+        """Noisy force at the recorded samples as the converter distorts it."""
         return recorded
 
     def channels(self, c, w, k, y, v):

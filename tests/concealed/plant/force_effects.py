@@ -16,7 +16,7 @@ class GravityTilt(Effect):
 
 
 class Inertia(Effect):
-    """E21: a moved mass the simulation does not know, with a little rotary inertia of the screw in it."""
+    """E21: a moved mass that the simulation lacks, a little rotary inertia of the screw included."""
     id, unit, name_k, first = "inertia", "kg", "mass_kg", 5.0
 
     def add(self, c, w, k, force):

@@ -33,7 +33,7 @@ class ViscousDrag(Effect):
 
 
 class ViscosityTemperature(Effect):
-    """E3: Vogel oil whose temperature leads the block sensor; the simulation believes in one viscosity.
+    """E3: Vogel oil whose temperature leads the block sensor; the simulation assumes a constant viscosity.
 
     The oil is an ordinary one: the strength scales how far the machine warms (see `warm`), not the oil.
     """
@@ -51,7 +51,7 @@ class ViscosityTemperature(Effect):
         return nu * np.exp(np.clip(b * (1 / (warm + t0) - 1 / (ref + t0)), -4, 4))
 
     def warm(self, c, w, k):
-        """Give the session the warming that k asked for; afterwards k is 1."""
+        """Give the session the warming that k stands for; afterwards k is 1."""
         ref = self._reference(c, w)
         for name in ("t_oil", "t_block", "t_rail", "t_ambient"):
             setattr(c, name, ref + k * (getattr(c, name) - ref))
@@ -169,7 +169,7 @@ class Starvation(Effect):
 
 
 class RunIn(Effect):
-    """E12: extra drag after relubrication that dies with travel, two lengths."""
+    """E12: extra drag after relubrication that decays with travel, over two lengths."""
     id, unit, name_k, first, near = "run-in", "N", "first_n", 2.0, ("preload-loss", "force-drift")
 
     def draw(self, rng, world, design):

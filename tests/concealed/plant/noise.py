@@ -5,9 +5,9 @@ from scipy.linalg import cholesky, solve_triangular, toeplitz
 from scipy.signal import lfilter
 
 LAWS = ("white", "ar", "mix", "tails", "hetero", "quantised")
-RHO = 0.95                     # of `ar`, from one sample to the next
-MEMORIES_S = (0.010, 0.16, 2.5)  # of `mix`
-PIECE = 6000                   # samples whose memory is inverted at once: two memories of 2.5 s and more
+RHO = 0.95                     # AR(1) coefficient of `ar`, from one sample to the next
+MEMORIES_S = (0.010, 0.16, 2.5)  # correlation times of `mix`
+PIECE = 6000                   # samples that are whitened at once: more than two correlation times of 2.5 s
 
 
 def _ar(rng, shape, rho):
@@ -33,7 +33,7 @@ def unit(rng, law, shape, fs):
 
 
 def white(law, x, fs):
-    """What makes the noise of a law white, done to `x` (runs, samples)."""
+    """`x` (runs, samples) through the filter that whitens the noise of a law."""
     if law == "ar":
         return (x[:, 1:] - RHO * x[:, :-1]) / np.sqrt(1 - RHO * RHO)
     if law == "mix":

@@ -12,7 +12,7 @@ from .session import RATE_MOVING, walther_of
 
 
 class ParameterShift(Effect):
-    """A constant of the law that is off by more than its tolerance."""
+    """Effect: a constant of the law that is off by more than its tolerance."""
     id, name_k, first, limit, equivalents = "parameter-shift", "relative_change", 0.03, 3.0, ()
 
     def draw(self, rng, world, design):
@@ -85,7 +85,7 @@ def true_force(c, w, effects):
 
 
 def stated_force(c, w, v, a):
-    """What the simulation file predicts for the recorded samples with motion (v, a)."""
+    """Force that the simulation file predicts for the recorded samples with motion (v, a)."""
     if w.law == "guide":
         law = walther_of(w)
         nu = law(c.rec(c.t_block)) if law else w.viscosity
@@ -97,7 +97,7 @@ def stated_force(c, w, v, a):
 
 
 def difference(c, w, e, k, without):
-    """What effect e at scale k changes at the recorded samples; `without` is the recorded true force."""
+    """Change by effect e at scale k at the recorded samples; `without` is the recorded true force without it."""
     if type(e).after_noise is not Effect.after_noise:
         return e.after_noise(c, w, k, without) - without
     if type(e).channels is not Effect.channels:
@@ -152,7 +152,7 @@ def tangents(c, w):
 
 
 def whitened(c, sigma, law):
-    """What takes the noise of a law out of a column at the recorded samples; those at rest count for nothing."""
+    """Function that whitens a column at the recorded samples for the noise of a law; samples at rest count as 0."""
     m = np.abs(c.rec(c.v)) > RATE_MOVING
 
     def white(a):
@@ -161,12 +161,12 @@ def whitened(c, sigma, law):
 
 
 def absorbed(c, w, d, sigma, law, tolerance):
-    """What calibration swallows of a difference d.
+    """Part of a difference d that calibration absorbs.
 
-    Returns the share of its energy that free gains on preload, friction, viscosity (axis: Coulomb, viscous, mass, offset)
-    take, the size of the rest when the gains are held by their tolerance: z = RMS of whitened rest times sqrt(samples),
-    the score an ideal analyser that knew the shape could reach, and that rest itself at the recorded samples. Below a
-    score of about 4 nothing can be seen.
+    Returns (1) the share of its energy that free gains on preload, friction, viscosity (axis: Coulomb, viscous, mass,
+    offset) take; (2) the size of the rest when the gains are held by their tolerance: z = RMS of whitened rest times
+    sqrt(samples), the score that an ideal analyser who knew the shape could reach; (3) that rest itself at the recorded
+    samples. Below a score of about 4 nothing can be seen.
     """
     m = np.abs(c.rec(c.v)) > RATE_MOVING
     names, cols = tangents(c, w)

@@ -5,7 +5,7 @@ from .effect import Effect
 
 
 class ForceOffset(Effect):
-    """S1: a zero that is off."""
+    """S1: a constant error of the zero."""
     id, unit, name_k, first, equivalents = "force-offset", "N", "offset_n", 1.0, ("gravity-tilt",)
 
     def draw(self, rng, world, design):
@@ -32,7 +32,7 @@ class ForceDrift(Effect):
 
 
 class ForceGain(Effect):
-    """S2: a scale that is off: exactly a friction scale."""
+    """S2: an error of the scale, exactly like one of the friction."""
     id, name_k, first, equivalents = "force-gain", "gain_error", 0.02, ("parameter-shift",)
 
     def draw(self, rng, world, design):
@@ -71,7 +71,7 @@ class ForceLowpass(Effect):
 
 
 class TimeMisalignment(Effect):
-    """S5: the force channel is late (or early) by a constant time."""
+    """S5: the force channel lags (or leads) by a constant time."""
     id, unit, name_k, first, limit, near = "time-misalignment", "s", "delay_s", 0.01, 0.5, ("force-lowpass",)
 
     def draw(self, rng, world, design):

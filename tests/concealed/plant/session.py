@@ -10,7 +10,7 @@ RATE_MOVING = 3e-5  # m/s: slower samples count as resting in every statement ab
 
 @dataclass
 class World:
-    """What is true of the machine, and what the simulation file will say about it."""
+    """True constants of the machine, and those that the simulation file will state."""
     law: str = "guide"                  # "guide" or "axis" (Coulomb-viscous)
     guide: BallGuide = field(default_factory=BallGuide)
     viscosity: float = 100.0            # cSt, where constant
@@ -41,7 +41,7 @@ class Session:
     preload: np.ndarray
     external: np.ndarray
     kinds: list
-    zero: float = 0.0      # what the scale reads at the beginning of the rail, m
+    zero: float = 0.0      # reading of the scale at the beginning of the rail, m
 
     def rng(self, salt):
         """A generator of its own for random events of this session."""

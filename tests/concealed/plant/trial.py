@@ -1,4 +1,4 @@
-"""The concealed set of a trial: records under names that say nothing, answers in a folder of their own."""
+"""The concealed set of a trial: records under meaningless names, answers in a separate folder."""
 import shutil
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -50,11 +50,11 @@ def _case(rng, block, j):
 
 
 def _manner(rng, case):
-    """Every other record is a laboratory's; where nothing or too little tells effects apart, or a file is damaged, all are."""
+    """Manner of a record: every other one is `laboratory`; of undecidable cases and damaged files all are."""
     manner = "laboratory" if rng.random() < 0.5 else str(rng.choice(NAMES[1:]))
     if case["block"] in ("undecidable", "damaged"):
         return "laboratory"
-    # without a scale no run knows where it begins, and a pair may hold what is tied to a place
+    # without a scale the start of a run is unknown, and a pair may hold an effect tied to a place
     tied = case["block"] in ("pair", "triple") or {"position", "wavelength"} & set(AXES.get(case.get("effect"), "").split())
     return "laboratory" if manner == "by-speed" and tied else manner
 

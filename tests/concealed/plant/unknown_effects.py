@@ -105,7 +105,7 @@ class NeighbourChirp(Unknown):
 
 
 class PumpHum(Unknown):
-    """A pump on the same frame: one tone and a little of its second, whatever the carriage does."""
+    """A pump on the same frame: one tone and a little of its second harmonic, independent of the carriage."""
     title, unit, first, near = "pump-hum", "N", 1.0, ("structural-resonance",)
 
     def draw(self, rng, world, design):
@@ -117,7 +117,7 @@ class PumpHum(Unknown):
 
 
 class StrokeMemory(Unknown):
-    """Long strokes heap grease before the block; after each reversal the heap is built again."""
+    """Long strokes pile up grease before the block; after each reversal it piles up anew."""
     title, unit, first, near = "stroke-memory", "N", 1.0, ("presliding", "starvation")
 
     def draw(self, rng, world, design):

@@ -1,7 +1,7 @@
 """The rivals. Each gets rows, gain directions and force, and returns the ids it found and its columns as a function of rows.
 
-The gains of the law are never penalised: what they can take is taken out of force and terms first. Terms are scaled to unit
-RMS, so that a threshold is a force in newtons.
+The gains of the law are never penalised: force and terms are first projected off them. Terms are scaled to unit RMS, so that
+a threshold is a force in newtons.
 """
 import numpy as np
 
@@ -53,7 +53,7 @@ def _sindy(x, y, cut):
 
 
 def _cross_validated(x, y):
-    """The threshold with the least error on blocks of time left out, five of them."""
+    """The threshold with the least error in cross-validation over five blocks of time."""
     blocks, best = np.array_split(np.arange(len(y)), 5), (np.inf, None)
     for cut in np.geomspace(3e-3, 3.0, 10) * np.sqrt(np.mean(y**2)):
         error = 0.0

@@ -37,7 +37,7 @@ def errors(train, held, columns):
 
 
 def diagnose(method, recordings, simulation, holdout):
-    """Ids found and what is said of the hold-out."""
+    """Ids found, and the errors on the hold-out."""
     sim = tomllib.loads(Path(simulation).read_text())
     columns = terms.load(recordings)
     *all_rows, scale = terms.prepare(columns, sim)

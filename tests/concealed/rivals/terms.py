@@ -1,4 +1,4 @@
-"""What the rivals choose from: columns of a recording, the law's gain directions, terms that stand for a contract id."""
+"""Input of the rivals: columns of a recording, the law's gain directions, terms that stand for a contract id."""
 import numpy as np
 
 from plant.ballguide import BallGuide, walther
@@ -58,7 +58,7 @@ def prepare(c, sim, like=None):
             "y": y - y.mean(), "T": block - block.mean(), "run_in_m": np.full_like(v, scale["travel"])}
     gains = np.stack([base, (law(1.01) - law()) * 100, (law(1.0, 1.01) - law()) * 100], 1)
     near_border = np.zeros(len(v), bool)
-    if "segment" in c:  # a derivative across the border of two runs means nothing
+    if "segment" in c:  # a derivative across the border of two runs is meaningless
         for i in np.flatnonzero(np.diff(c["segment"])):
             near_border[max(0, i - 3):i + 5] = True
     keep = ~near_border & (np.abs(v) > 1e-3) & np.isfinite(base) & np.isfinite(c["drag_force_n"]) & np.all(np.isfinite(gains), axis=1)
@@ -66,7 +66,7 @@ def prepare(c, sim, like=None):
 
 
 def domain(rows):
-    """Columns of the domain library, scaled to no unit in particular."""
+    """Columns of the domain library, in arbitrary units."""
     return np.stack([term(rows) for term in DOMAIN.values()], 1)
 
 

@@ -1,1 +1,1 @@
-"""Scores what was said of concealed cases against what was concealed."""
+"""Scoring of answers on concealed cases against the truth."""

@@ -1,11 +1,11 @@
 """The analysers: `guideblock diagnose` and the rivals, started alike on the same files.
 
 The hold-out file is handed over with the noise-free true force in place of the recorded one, where the truth has it. No
-analyser may learn from that file, so nothing changes but the ruler: errors there are distances from the truth, and
+analyser may learn from that file, so only the measure changes: errors there are distances from the truth, and
 
     gain = 1 - (error with what was found / error with the gains alone)²
 
-is 1 for who knows the effect and below 0 for who makes it worse.
+is 1 for an analyser that knows the effect and below 0 for one that makes the prediction worse.
 """
 import json
 import re
@@ -56,7 +56,7 @@ def run(binary, method, case, truth, folder, patience):
     except subprocess.TimeoutExpired:
         return None, patience, None, f"took over {patience:.0f} s"
     seconds = time.monotonic() - started
-    # a rival says itself how long it took without loading its libraries
+    # a rival reports its own time, without that of loading its libraries
     if own := re.search(r"^seconds (\S+)$", done.stderr, re.M):
         seconds = float(own[1])
     words = done.stderr.strip().splitlines()[-1:] or [""]

@@ -4,30 +4,30 @@ A case is right when the named set is the true set: every effect named (its id l
 nothing else named. Effects that no analyser could see may be silent.
 """
 
-# what can hardly be seen: the score of an analyser that knew shape and noise
+# scores below it can hardly be seen, even by an analyser that knew shape and noise
 VISIBLE_Z = 6.0
 
 
 def is_visible(effect):
-    """Whether silence about it is a mistake."""
+    """Whether the effect is visible, so that not naming it is a mistake."""
     return (effect.get("ideal_z") or 99) >= VISIBLE_Z and effect.get("reached", True)
 
 
 def ids_of(effect, is_unknown):
-    """Names that are right for it."""
+    """Names that are right answers for the effect."""
     if is_unknown or effect["id"] == "unknown":
         return {"unknown"}
     return {effect["id"], *effect.get("equivalents", []), *effect.get("also_allowed", [])}
 
 
 def said(answer):
-    """The answer in a line."""
+    """The answer in one line."""
     names = [m["id"] + ("{" + ",".join(m["equivalents"]) + "}" if m["equivalents"] else "") for m in answer["mechanisms"]]
     return f"{answer['verdict']}: " + (" + ".join(names) or "nothing")
 
 
 def match(truth, answer):
-    """(effects with the entry that names them or None, entries left over)."""
+    """Match of effects and entries: (effects with the entry that names them or None, entries left over)."""
     left, pairs = list(answer["mechanisms"]), []
     for effect in truth["effects"]:
         ids = ids_of(effect, truth["kind"] == "unknown")
