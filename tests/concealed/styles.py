@@ -190,7 +190,7 @@ class Moved:
 
 
 def held(force):
-    """Force held at rest, where it is undetermined: that at the last stop; before the first motion, that of the start."""
+    """Force held at rest, where it is undetermined: that of the last stop; before any motion, of the start."""
     known = np.isfinite(force)
     row = np.maximum.accumulate(np.where(known, np.arange(len(force)), -1))
     return force[np.where(row < 0, np.flatnonzero(known)[0], row)]

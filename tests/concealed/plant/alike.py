@@ -1,4 +1,4 @@
-"""Effects that an undecidable recording leaves open, by fit: every other effect that an ideal analyser could not refute.
+"""Effects that an undecidable recording leaves open, by fit: all others that an ideal analyser could not refute.
 
 An effect stands (is left open) if one of a few further drawings of it, at its best size and with a possible sign, with the
 constants of the law inside their tolerance, leaves less of the hidden difference than anyone could see (a score below
@@ -26,7 +26,7 @@ def standing(seed, c, w, design, classes, hidden, d, sigma, law, tolerance):
     size = np.sqrt(np.mean(d ** 2))
 
     def left(column=None, free=None):
-        """Score that remains with one more column, whose amplitude must be positive, or with a constant of the law set free."""
+        """Score that remains with one more column of positive amplitude, or with a constant of the law set free."""
         a, p = x, prior.copy()
         if free is not None:
             p[free] = 0.0

@@ -172,7 +172,7 @@ def _clean(tmp):
 
 
 def _undecidable(tmp):
-    """Each design leaves open what its table names, where the sign allows it; a friction is no rival of a pushing force."""
+    """Each design leaves open what its table names, if the sign allows; friction is no rival of a pushing force."""
     bad = []
     for variant, (name, _, others, _) in enumerate(cases.UNDECIDABLE):
         t = cases.build(910 + variant, "undecidable", tmp / f"undecidable-{variant}", None, 3.0, "ar", True, variant=variant, extras=False)["effects"][0]

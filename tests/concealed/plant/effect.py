@@ -1,4 +1,4 @@
-"""Base class of effects: quantities that an effect may change, in the order of the pipeline, and the one number that scales it."""
+"""Base class of effects: what they may change, in the order of the pipeline, and the one number that scales them."""
 import numpy as np
 
 
