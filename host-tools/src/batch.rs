@@ -1,10 +1,10 @@
-//! Many inversions at once with the widest vector registers of this machine.
+//! Batch inversion with the widest vector registers of this machine.
 
 use model_core::reduced::Reduced;
 use pulp::{Simd, WithSimd};
 
-/// [`Reduced::preloads`], built for several instruction sets, of which the best that is here is taken. No operation is
-/// contracted, so the result has the same bits everywhere.
+/// [`Reduced::preloads`], built for several instruction sets; the best available one is used. No operation is
+/// contracted (no fused multiply-add), so the result has the same bits everywhere.
 pub fn preloads(law: &Reduced<f32>, forces_n: &[f32], viscous_speeds: &[f32], preloads_n: &mut [f32]) {
     pulp::Arch::new().dispatch(Batch { law, forces_n, viscous_speeds, preloads_n });
 }

@@ -1,18 +1,18 @@
-//! One working point at a time: preload of a drag force, drag force of a preload, and how each answers to its inputs.
+//! Single working points: preload of a drag force, drag force of a preload, and the sensitivities of both.
 
 use model_core::quantity;
 use model_core::reference::zhou_2023::{PRELOAD_RANGE_N, SPEED_RANGE_M_S};
 use serde::Serialize;
 use simulation::guide::{GuideSet, Lubricant};
 
-/// What is given of the oil.
+/// What is known of the oil.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Oil {
     /// Kinematic viscosity, cSt.
     Viscosity(f64),
-    /// Temperature, °C; the guide set's oil tells the viscosity.
+    /// Temperature, °C; the viscosity follows from the guide set's oil.
     Temperature(f64),
-    /// Nothing: only a guide set of constant viscosity answers.
+    /// Nothing: works only with a guide set of constant viscosity.
     Unsaid,
 }
 
@@ -139,7 +139,7 @@ impl Answer {
     }
 }
 
-/// An input that the law does not cover. The text names it and the range.
+/// Refusal of an input that the law does not cover. The text names it and the range.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{what}")]
 pub struct Refusal {
@@ -166,7 +166,7 @@ pub fn preload(set: &GuideSet, force_n: f64, motion: Motion) -> Result<Answer, R
     }
     let exact = set.exact();
     let point = exact.working_point(contacts, known.number, known.speed);
-    // Newton's end is taken on trust nowhere: the force has to come out again
+    // the result of Newton's iteration is checked: its drag force must be the given one
     match point.filter(|p| (p.drag_force_n / contacts - 1.0).abs() < 1e-11) {
         Some(point) => known.answer(set, point.load_per_ball_n, force_n, contacts),
         None => {
@@ -221,7 +221,7 @@ pub fn outside_measured(answer: &Answer) -> Vec<String> {
 struct Known {
     speed: f64,
     viscosity_cst: f64,
-    /// What the law calls viscosity.
+    /// Viscosity number of the law.
     number: f64,
     seal_n: f64,
 }
@@ -272,7 +272,7 @@ impl Known {
         }
         let cube = libm::cbrt(q);
         let slip_ratio = exact.slip_ratio(q);
-        // the seals dilute: of the whole force only this part belongs to the contacts
+        // share of the contacts in the whole force, seals included
         let share = contacts / force_n;
         let minimum = friction.hersey_of_minimum();
         let is_mixed = friction.mu_stribeck > 0.0 && h < minimum;

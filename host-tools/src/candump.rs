@@ -1,4 +1,4 @@
-//! candump's text, both ways: what `candump -L`, `candump` and `candump -ta` print, one frame a line.
+//! candump text, read and written: the output of `candump -L`, `candump` and `candump -ta`, one frame a line.
 //!
 //! ```text
 //! (1436509052.249713) can0 181#0011223344556677            log format, also what we write
@@ -11,7 +11,7 @@
 
 use std::fmt;
 
-/// A time stamp, microseconds since whatever the logger counts from.
+/// A time stamp, microseconds since the logger's own origin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Micros(pub u64);
 
@@ -76,7 +76,7 @@ pub enum Line<'a> {
     Blank,
     /// A frame of a kind the block never sends: extended, remote, error or FD.
     Foreign,
-    /// A frame to look at.
+    /// A classical data frame with an 11-bit identifier.
     Frame(Frame<'a>),
 }
 
@@ -181,7 +181,7 @@ fn identifier(text: &str) -> Result<Option<u16>, NotCandump> {
         if digit == NO_DIGIT {
             return Err(NotCandump::Identifier);
         }
-        // of eight digits the upper ones are pushed out; they are not looked at
+        // of eight digits the upper ones are shifted out; they are not needed
         id = id << 4 | u16::from(digit);
     }
     match text.len() {

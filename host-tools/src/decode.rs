@@ -1,4 +1,4 @@
-//! Lines of a log or a live bus to what the blocks on it said, with an account of everything that was not taken.
+//! Decoding of a log or a live bus into the messages of its blocks, with a tally of everything rejected.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -7,46 +7,46 @@ use can_wire::{Alive, Kind, Message, NodeId};
 
 use crate::candump::{self, Frame, Line, Micros, NotCandump};
 
-/// A frame that was taken.
+/// A decoded frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decoded {
-    /// When, if the log says so.
+    /// Its time, if the log gives one.
     pub time: Option<Micros>,
-    /// Who sent it.
+    /// Node that sent it.
     pub node: NodeId,
-    /// What it says.
+    /// Its content.
     pub message: Message,
 }
 
-/// Reads lines one by one and keeps the account.
+/// Decodes lines one by one and keeps the tally.
 #[derive(Debug, Default)]
 pub struct Decoder {
     only: Option<NodeId>,
-    /// one or two in practice: looked through faster than sorted
+    /// one or two in practice, so a linear search is fastest
     buses: Vec<(String, Bus)>,
     line: u64,
     tally: Tally,
 }
 
-/// What is remembered of one interface.
+/// State of one interface.
 #[derive(Debug, Default)]
 struct Bus {
     alive: Alive,
     boots: BTreeMap<NodeId, u16>,
 }
 
-/// What became of the lines so far.
+/// Tally of the lines so far.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Frames decoded.
     pub decoded: u64,
-    /// Frames that are none of a guide block's, or of a node that was not asked for.
+    /// Frames of other devices, or of a node that was not asked for.
     pub ignored: u64,
     /// Nodes whose frames were ignored because another one was asked for: bit n for node n.
     pub others: u128,
     /// Frames that never came, by the alive counters of those that did.
     pub missing: u64,
-    /// Frames and lines that were not taken, by reason.
+    /// Frames and lines that were rejected, by reason.
     pub rejected: BTreeMap<&'static str, Rejected>,
 }
 
@@ -62,7 +62,7 @@ pub struct Rejected {
 }
 
 impl Rejected {
-    /// So many lines are remembered.
+    /// Number of lines that are remembered.
     const LINES: usize = 5;
 }
 
@@ -80,7 +80,7 @@ impl Decoder {
         Decoder { only, ..Self::default() }
     }
 
-    /// Takes the next line of candump text. Bytes that are no text make it a line that is rejected.
+    /// Takes the next line of candump text. A line with bytes that are no text is rejected.
     pub fn line(&mut self, text: &[u8]) -> Option<Decoded> {
         self.line += 1;
         match candump::parse(&String::from_utf8_lossy(text)) {
@@ -103,7 +103,7 @@ impl Decoder {
         self.take(frame)
     }
 
-    /// The account so far.
+    /// The tally so far.
     pub fn tally(&self) -> &Tally {
         &self.tally
     }
@@ -204,9 +204,9 @@ fn not_candump_name(why: NotCandump) -> &'static str {
 /// An estimate and the motion that belongs to it: what a person reads as one line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
-    /// When the later of the two came.
+    /// Time of the later of the two.
     pub time: Option<Micros>,
-    /// Who sent it.
+    /// Node that sent it.
     pub node: NodeId,
     /// Preload, drag force, quality.
     pub estimate: can_wire::EstimateMessage,
@@ -221,7 +221,7 @@ pub struct Joiner {
 }
 
 impl Joiner {
-    /// Takes a message; answers a reading when one is complete, or when its motion can no longer come.
+    /// Takes a message; returns a reading when one is complete, or when its motion can no longer arrive.
     pub fn take(&mut self, decoded: &Decoded) -> Option<Reading> {
         let Decoded { time, node, message } = *decoded;
         match message {

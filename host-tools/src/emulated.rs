@@ -10,10 +10,10 @@ use crate::rig::Rig;
 /// How often the rig acts on the pins, ns: once a sample period of the board, at a phase of its own.
 const PERIOD: Nanos = 1_000_000_000 / SAMPLE_HZ as Nanos;
 
-/// An image that has sent nothing for so long after power-up never will: it is built for another board, or hangs.
+/// Time without a frame after power-up after which an image never sends one: it is built for another board, or hangs.
 const PATIENCE: Nanos = 500_000_000;
 
-/// Sees what the board sends while it runs.
+/// Listener to the frames of a running board.
 pub trait Listener: Send {
     /// A frame has left the board. `Break` ends the run.
     fn frame(&mut self, frame: &SentFrame) -> ControlFlow<()>;

@@ -1,4 +1,4 @@
-//! What a run shows: estimates against the truth, and the bus against the replay.
+//! Judgement of a run: estimates against the truth, and the bus against the replay.
 
 use can_wire::{Kind, RawFrame};
 use model_core::sample::Reason;
@@ -48,7 +48,7 @@ impl Point {
     }
 }
 
-/// How the estimates stand to the truth.
+/// Accuracy of the estimates against the truth.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Accuracy {
     /// Readings in all.
@@ -95,7 +95,7 @@ pub fn accuracy(points: &[Point]) -> Accuracy {
 
 /// How long the block was silent, and for which first reason.
 ///
-/// Answers the reasons that occurred with the number of readings, most frequent first.
+/// Returns the reasons that occurred with the number of readings, most frequent first.
 pub fn silence(points: &[Point]) -> Vec<(Reason, usize)> {
     let mut counts: Vec<_> = Reason::ALL
         .into_iter()

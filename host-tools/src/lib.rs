@@ -1,4 +1,4 @@
-//! What the desk needs of the smart guide block.
+//! Library of the desk's tools for the smart guide block.
 //!
 //! ```text
 //! live bus or log  -> candump -> decode -------------+

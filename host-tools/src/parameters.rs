@@ -1,6 +1,6 @@
 //! Parameter records from a bench file, and back.
 //!
-//! A bench file is TOML. It names what is different from the published set, [`Params::ZHOU_2023`]; keys are the
+//! A bench file is TOML. It states what differs from the published set, [`Params::ZHOU_2023`]; keys are the
 //! fields of [`Params`]:
 //!
 //! ```toml

@@ -1,7 +1,7 @@
-//! A raw recording through the block's own pipeline: the same frames again, bit for bit.
+//! Replay of a raw recording through the block's own pipeline: the same frames again, bit for bit.
 //!
 //! Estimate and motion frames follow from the samples alone and are replayed. Fault, ripple and heartbeat frames
-//! go out by the block's clock and tell of its life, not of the samples; they are not. Should the block have sent
+//! depend on the block's clock and state, not on the samples; they are not. If the block sent
 //! `stale` estimates while its sampler stood, its alive counters run ahead of the replay's by their number.
 
 use can_wire::parameters::ParameterRecord;
@@ -30,11 +30,11 @@ pub struct Sent {
     pub time: Micros,
     /// The estimate frame and the motion frame.
     pub frames: [RawFrame; 2],
-    /// What both say, unrounded.
+    /// Content of both, unrounded.
     pub estimate: Estimate,
 }
 
-/// Why a record cannot be replayed with.
+/// Why a parameter record cannot be used for a replay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BadParameters {
     /// The node is not 1 to 127.
@@ -55,7 +55,7 @@ impl Replay {
         Ok(Replay { monitor: record.params.build()?, state: State::new(), publisher: Publisher::new(node) })
     }
 
-    /// Takes a block; answers what was sent, if an estimate was due.
+    /// Takes a block; returns what was sent, if an estimate was due.
     pub fn block(&mut self, block: &RawBlock) -> Option<Sent> {
         let estimate = self.monitor.step(&mut self.state, block)?;
         Some(Sent {

@@ -1,4 +1,4 @@
-//! Listens to bursts and asks for what got lost.
+//! Reception of bursts, with asking for lost segments.
 
 use std::time::Duration;
 
@@ -9,10 +9,10 @@ use can_wire::service::Field;
 use super::{Client, ClientError};
 use crate::bus::{Bus, BusError, Event, Heard};
 
-/// Between two askings while nothing new comes.
+/// Time between two asking frames while nothing new arrives.
 const ASK_AGAIN: Duration = Duration::from_millis(20);
 
-/// A burst of which nothing comes for so long has broken off.
+/// Time without a segment after which a burst has broken off.
 const PATIENCE: Duration = Duration::from_secs(40);
 
 /// The bursts of one block, put in order as they come.
@@ -22,12 +22,12 @@ pub struct Listening {
     asked_at: Duration,
 }
 
-/// What became of a burst.
+/// Outcome of a burst.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Outcome {
-    /// Whether every segment is there and the CRC is right.
+    /// Whether every segment has arrived and the CRC is right.
     pub intact: bool,
-    /// Blocks that came.
+    /// Blocks that arrived.
     pub blocks: u32,
     /// Blocks that the block left out because its ring was full.
     pub dropped: u16,
@@ -36,14 +36,14 @@ pub struct Outcome {
 }
 
 impl Listening {
-    /// To this node.
+    /// Listens to this node.
     pub fn new(node: NodeId) -> Self {
         Listening { receiver: Receiver::new(node), asked_at: Duration::ZERO }
     }
 
-    /// Takes a frame; `each` gets what came of it in order.
+    /// Takes a frame; `each` gets the records that it completes, in order.
     pub fn hear(&mut self, heard: &Heard, each: &mut dyn FnMut(&Record)) {
-        // frames of other kinds are refused, which is right
+        // frames of other kinds are refused, as they should be
         if self.receiver.take(&heard.frame).is_ok() {
             self.read(each);
         }
@@ -65,7 +65,7 @@ impl Listening {
         Ok(())
     }
 
-    /// Nothing more comes.
+    /// Ends listening: nothing more will arrive.
     pub fn end(&mut self, each: &mut dyn FnMut(&Record)) {
         self.receiver.give_up();
         self.read(each);
@@ -94,11 +94,11 @@ impl Listening {
 }
 
 impl Client<'_> {
-    /// Orders a burst and takes it to its end; `each` gets what comes, in order.
+    /// Orders a burst and receives it to its end; `each` gets its records in order.
     ///
     /// # Errors
-    /// [`ClientError::BrokenOff`] when nothing comes any more; else as [`write`](Client::write). `each` has then got
-    /// what had come.
+    /// [`ClientError::BrokenOff`] when no more segments arrive; otherwise as [`write`](Client::write). `each` has then
+    /// got all records that arrived.
     pub fn burst(&mut self, order: Order, each: &mut dyn FnMut(&Record)) -> Result<Outcome, ClientError> {
         let mut listening = Listening::new(self.node);
         let (mut blocks, mut trailer) = (0, None);
@@ -136,7 +136,7 @@ impl Client<'_> {
                 break;
             }
         }
-        // the block keeps its end until it hears that it came
+        // the block keeps the end of the burst until it hears that it arrived
         for _ in 0..10 {
             listening.ask(self.bus)?;
             if let Event::Frame(heard) = self.bus.receive(ASK_AGAIN)? {

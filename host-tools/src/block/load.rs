@@ -1,4 +1,4 @@
-//! Sends a parameter image and waits until the block has kept it.
+//! Upload of a parameter image: sends it and waits until the block has saved it.
 
 use std::time::Duration;
 
@@ -10,16 +10,16 @@ use super::{Client, ClientError, object};
 /// Saving takes a block at most some seconds: a sector of flash is slow to erase.
 const SAVED_WITHIN: Duration = Duration::from_secs(15);
 
-/// Between two looks whether it has been saved.
+/// Time between two checks whether it has been saved.
 const LOOK: Duration = Duration::from_millis(100);
 
 impl Client<'_> {
-    /// Sends an image, has it checked by its CRC-32 and kept. It is used from the block's next start on. `progress`
+    /// Sends an image, has it checked by its CRC-32 and saved. It is used from the block's next start on. `progress`
     /// is called with the bytes sent and all bytes.
     ///
     /// # Errors
-    /// [`ClientError::ImageSize`]; [`ClientError::NotKept`]; else as [`write`](Client::write). The image that was
-    /// there stays in all cases.
+    /// [`ClientError::ImageSize`]; [`ClientError::NotKept`]; otherwise as [`write`](Client::write). The previous image
+    /// stays in all cases.
     pub fn load_image(&mut self, image: &[u8], mut progress: impl FnMut(usize, usize)) -> Result<(), ClientError> {
         if !(1..=MAX_IMAGE).contains(&image.len()) {
             return Err(ClientError::ImageSize(image.len()));
@@ -37,7 +37,7 @@ impl Client<'_> {
             let last = sent == image.len();
             match self.ask(domain, &client::segment(node, part, toggle, last), true)? {
                 Reply::SegmentTaken(answered) if answered == toggle => {}
-                // the answer to it was lost, and it was sent again: it is there
+                // the answer was lost and the segment sent again: the block has it already
                 Reply::Refused(Abort::Toggle) => {}
                 Reply::Refused(Abort::Command) if last => {}
                 other => return Err(self.otherwise(domain, other)),

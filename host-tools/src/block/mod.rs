@@ -1,4 +1,4 @@
-//! A block's objects from the desk: ask, set, load an image, order a burst.
+//! Client of a block: reads and writes its objects, loads an image, orders a burst.
 
 mod burst;
 mod load;
@@ -14,13 +14,13 @@ use crate::bus::{Bus, BusError, Event};
 
 pub use burst::{Listening, Outcome};
 
-/// A block answers within a few milliseconds; bridges and gateways take longer.
+/// Longest wait for an answer. A block answers within a few milliseconds; bridges and gateways take longer.
 const ANSWER_WITHIN: Duration = Duration::from_millis(500);
 
-/// A question without an answer is put again so often.
+/// Number of times that a request without an answer is sent.
 const ATTEMPTS: usize = 3;
 
-/// A zero takes a second: so many looks, a fifth of a second apart.
+/// Number of checks, a fifth of a second apart, for the zero, which takes a second.
 const ZERO_LOOKS: usize = 15;
 
 /// Why a block did not do what it was asked for.
@@ -88,7 +88,7 @@ pub struct Client<'a> {
     node: NodeId,
 }
 
-/// What a block is.
+/// Identity and state of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Identity {
     /// Node on the bus.
@@ -109,18 +109,18 @@ pub struct Identity {
     pub active_image: u32,
     /// Changes accepted since the start.
     pub changes: u32,
-    /// Whether it takes changes.
+    /// Whether it accepts changes.
     pub unlocked: bool,
 }
 
-/// The object that holds this.
+/// The object that holds this field.
 pub fn object(field: Field) -> &'static Object {
     // the table is in the order of its fields, which its tests assert
     &OBJECTS[field as usize]
 }
 
 impl<'a> Client<'a> {
-    /// Speaks to this node.
+    /// A client of this node.
     pub fn new(bus: &'a mut dyn Bus, node: NodeId) -> Self {
         Client { bus, node }
     }
@@ -140,10 +140,10 @@ impl<'a> Client<'a> {
     /// Sets an object.
     ///
     /// # Errors
-    /// [`ClientError`]. After [`ClientError::Silent`] it is not known whether the block took it.
+    /// [`ClientError`]. After [`ClientError::Silent`] it is not known whether the block accepted it.
     pub fn write(&mut self, field: Field, value: u32) -> Result<(), ClientError> {
         let object = object(field);
-        // a value may be set twice, a command may not be given twice
+        // writing a value again is harmless, giving a command again is not
         let again = object.low != object.high && !matches!(field, Field::BurstOrder | Field::ImageChecksum);
         match self.ask(object, &client::write(self.node, object, value), again)? {
             Reply::Taken => Ok(()),
@@ -151,7 +151,7 @@ impl<'a> Client<'a> {
         }
     }
 
-    /// Gives the key, so that the block takes changes.
+    /// Writes the key, so that the block accepts changes.
     ///
     /// # Errors
     /// [`ClientError::WrongKey`].
@@ -162,7 +162,7 @@ impl<'a> Client<'a> {
         })
     }
 
-    /// Asks who it is.
+    /// Reads its identity.
     ///
     /// # Errors
     /// [`ClientError`].
@@ -184,10 +184,10 @@ impl<'a> Client<'a> {
         })
     }
 
-    /// Takes the zero of the force, which takes a second, and answers the whole shift, codes.
+    /// Takes the zero of the force, which takes a second, and returns the whole shift, codes.
     ///
     /// # Errors
-    /// [`ClientError::NoZero`] when the block took none; else as [`write`](Self::write).
+    /// [`ClientError::NoZero`] when the block took none; otherwise as [`write`](Self::write).
     pub fn take_zero(&mut self) -> Result<f64, ClientError> {
         self.write(Field::TakeZero, objects::TAKE_ZERO)?;
         for _ in 0..ZERO_LOOKS {
@@ -207,11 +207,11 @@ impl<'a> Client<'a> {
     /// Has the settings kept over a reset.
     ///
     /// # Errors
-    /// [`ClientError::NotSaved`]; else as [`write`](Self::write).
+    /// [`ClientError::NotSaved`]; otherwise as [`write`](Self::write).
     pub fn save(&mut self) -> Result<(), ClientError> {
         self.write(Field::Save, objects::SAVE)?;
         self.pause(Duration::from_millis(100))?;
-        // while it saves a block does not answer
+        // a block does not answer while it saves
         match self.read(Field::Save)? {
             0 => Err(ClientError::NotSaved(self.node.get())),
             _ => Ok(()),
@@ -230,7 +230,7 @@ impl<'a> Client<'a> {
         Ok(())
     }
 
-    /// Puts a question until it is answered.
+    /// Sends a request and waits for its answer; with `again`, repeats it without one.
     fn ask(&mut self, object: &Object, request: &RawFrame, again: bool) -> Result<Reply, ClientError> {
         let silent = ClientError::Silent { node: self.node.get() };
         for _ in 0..if again { ATTEMPTS } else { 1 } {

@@ -1,4 +1,4 @@
-//! A CAN interface of Linux through the programs everybody has who uses one.
+//! A CAN interface of Linux through the programs `candump` and `cansend` of can-utils.
 
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
@@ -9,7 +9,7 @@ use can_wire::RawFrame;
 
 use super::{Bus, BusError, Event, Heard, io_error, log};
 
-/// `candump -L` listens, `cansend` speaks.
+/// `candump -L` receives, `cansend` sends.
 pub(super) struct Interface {
     name: String,
     listener: Child,

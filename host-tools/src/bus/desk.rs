@@ -1,5 +1,5 @@
-//! A block in memory that lies on a desk: the firmware's object server and burst, fed with samples of nothing in
-//! particular, on a bus that can be made bad. Its time passes only while somebody waits.
+//! A block in memory, as if it lay on a desk: the firmware's object server and burst, fed with made-up samples, on a
+//! bus that can lose frames. Its time passes only while a client waits.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -46,7 +46,7 @@ pub struct Desk {
     server: Server,
     sender: Sender<RING>,
     now_ms: u64,
-    /// thousandths of frames that the load limit allows
+    /// frames that the load limit allows, in thousandths
     allowed: u64,
     inbox: VecDeque<RawFrame>,
     random: u64,
@@ -56,12 +56,12 @@ pub struct Desk {
     /// Hash of the image in use.
     active_image: u32,
     next_image: Option<u32>,
-    /// What it sampled, for whoever wants to compare.
+    /// What it sampled, for comparison.
     pub sampled: Vec<RawBlock>,
 }
 
 impl Desk {
-    /// A block that has been lying there for a second.
+    /// A block that has been running for a second.
     pub fn new(setup: Setup) -> Self {
         let mut desk = Desk {
             setup,
@@ -93,7 +93,7 @@ impl Desk {
         self.setup.loss > 0 && self.random(1000) < self.setup.loss
     }
 
-    /// To and fro between 0 and 50 mm at 50 mm/s, or not; some codes of noise.
+    /// Samples of a block: to and fro between 0 and 50 mm at 50 mm/s, or at rest; with some codes of noise.
     fn block(&mut self, tick: u32) -> RawBlock {
         const N: usize = SAMPLES_PER_BLOCK;
         let moves = self.setup.moves;

@@ -1,6 +1,6 @@
-//! The bus of an emulated board, as a desk sees it: whoever waits on it lets the board's time pass.
+//! The bus of an emulated board, as a desk sees it: waiting on it lets the board's time pass.
 //!
-//! The board runs in a thread of its own, the desk in another, in turns: same commands, same run.
+//! Board and desk run in two threads, in turns: the same commands give the same run.
 
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -12,10 +12,10 @@ use virtual_board::{Bench, Nanos, Pins, SentFrame};
 use super::{Bus, BusError, Event, Heard};
 use crate::candump::Micros;
 
-/// Between two looks at the bus, ns.
+/// Time between two exchanges with the board, ns.
 const LOOK: Nanos = 500_000;
 
-/// What the board tells at each look.
+/// What the board sends at each exchange.
 struct Look {
     now: Nanos,
     frames: Vec<SentFrame>,
@@ -29,7 +29,7 @@ pub struct Emulated {
     outbox: Vec<RawFrame>,
     inbox: VecDeque<Heard>,
     now: Nanos,
-    /// whether the board waits for what the desk sends
+    /// whether the board waits for the desk's frames
     turn: bool,
 }
 

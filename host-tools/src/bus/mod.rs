@@ -1,4 +1,4 @@
-//! Where frames of blocks come from and go to: a log, a serial adapter, a CAN interface, a block in memory.
+//! Buses to blocks: a log, a serial adapter, a CAN interface, a block in memory.
 //!
 //! ```text
 //! FILE, -              candump text, only to listen to
@@ -23,12 +23,12 @@ use can_wire::RawFrame;
 use crate::candump::Micros;
 use crate::files;
 
-/// A frame as it came.
+/// A frame as received.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Heard {
-    /// When, if the source tells.
+    /// Its time, if the source gives one.
     pub time: Option<Micros>,
-    /// What.
+    /// The frame.
     pub frame: RawFrame,
 }
 
@@ -62,14 +62,14 @@ pub enum BusError {
     NotHere(String),
 }
 
-/// What came within the time given.
+/// What arrived within a waiting time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
     /// A frame with an 11-bit identifier and eight bytes.
     Frame(Heard),
     /// Nothing.
     Silence,
-    /// Nothing will come any more: a log has been read to its end, the other side is gone.
+    /// Nothing more will arrive: a log has been read to its end, or the other side is gone.
     End,
 }
 
@@ -81,22 +81,22 @@ pub trait Bus {
     /// [`BusError`].
     fn send(&mut self, frame: &RawFrame) -> Result<(), BusError>;
 
-    /// Waits at most so long for the next frame.
+    /// Waits at most `wait` for the next frame.
     ///
     /// # Errors
     /// [`BusError`].
     fn receive(&mut self, wait: Duration) -> Result<Event, BusError>;
 
-    /// Whether one can speak on it.
+    /// Whether frames can be sent on it.
     fn can_send(&self) -> bool {
         true
     }
 
-    /// Time on this bus since it was opened: that of the clock on the wall, but for buses in memory.
+    /// Time on this bus since it was opened: wall-clock time, except for buses in memory.
     fn now(&self) -> Duration;
 }
 
-/// A bus that a person named.
+/// A bus as named on the command line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Source {
     /// candump text in a file; `-` is standard input.
@@ -127,7 +127,7 @@ impl FromStr for Source {
     }
 }
 
-/// Letters and digits, not an option of the program it is given to.
+/// Whether a text is the name of an interface: letters and digits, so that no program takes it for an option.
 fn is_interface(text: &str) -> bool {
     !text.is_empty() && text.len() < 16 && text.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_')
 }

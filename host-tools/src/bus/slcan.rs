@@ -5,7 +5,7 @@
 //! S6 CR  O CR  C CR             500 kbit/s, open, close
 //! ```
 //!
-//! Answers to commands are a CR, with `z` before it after a frame was sent, or a BEL for no.
+//! Answers to commands are a CR, with `z` before it after a frame was sent, or a BEL for a refusal.
 
 use std::io::{self, Read, Write};
 use std::time::{Duration, Instant};
@@ -37,7 +37,7 @@ pub struct Slcan<P> {
     buffer: Vec<u8>,
     read: usize,
     since: Instant,
-    /// answers to the first commands may be no: an adapter that was closed cannot be closed
+    /// false while refusals are legal: an adapter that was closed refuses to close
     opened: bool,
 }
 
@@ -187,7 +187,7 @@ mod serial {
     impl Serial {
         pub(super) fn open(path: &str) -> io::Result<Self> {
             use std::os::unix::fs::OpenOptionsExt;
-            // a port without carrier must not hold up the opening, nor become our terminal
+            // a port without carrier must not block the opening, nor become our terminal
             let flags = rustix::fs::OFlags::NONBLOCK | rustix::fs::OFlags::NOCTTY;
             let flags = i32::try_from(flags.bits()).unwrap_or_default();
             let file = OpenOptions::new().read(true).write(true).custom_flags(flags).open(path)?;
@@ -195,7 +195,7 @@ mod serial {
                 if e == rustix::io::Errno::NOTTY { io::Error::other("is no serial port") } else { e.into() }
             })?;
             attributes.make_raw();
-            // USB adapters take any; a real one is asked for what most of them are set to
+            // USB adapters accept any speed; real ports get the usual one
             attributes.set_speed(115_200)?;
             tcsetattr(&file, OptionalActions::Now, &attributes)?;
             Ok(Serial(file))
@@ -288,7 +288,7 @@ mod tests {
 
     #[test]
     fn an_adapter_is_opened_and_listened_to() {
-        // no to closing, which is closed; yes to the rest; half a frame from before
+        // closing is refused, as it is closed; the rest is accepted; half a frame is left from before
         let said = b"\x07\r\r\r566FF\rt185800112233445566FF\rz\rt1234\rt18580011223344556";
         let port = Script(said.iter().copied().collect(), Vec::new());
         let mut bus = Slcan::new("adapter", port).expect("opens");

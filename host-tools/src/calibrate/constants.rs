@@ -1,4 +1,4 @@
-//! The fitted constants as they are told, with their intervals: looked for once, as every end of one is a fit of its own.
+//! The fitted constants with their intervals: computed once, as every end of an interval needs a fit.
 
 use calibration::fit::{FrictionFit, NAMES};
 use calibration::interval::Interval;
@@ -17,9 +17,9 @@ pub struct Constant {
     pub value: f64,
     /// Standard deviation.
     pub sigma: f64,
-    /// Holds the truth with a probability of 68 %; an end that is not determined is infinite.
+    /// 68 % confidence interval; an end that is not determined is infinite.
     pub ci68: Interval,
-    /// The same with 95 %.
+    /// 95 % confidence interval.
     pub ci95: Interval,
     /// Whether the strokes determine it, as [`FrictionFit::is_determined`].
     pub is_determined: bool,

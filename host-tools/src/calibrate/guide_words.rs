@@ -14,7 +14,7 @@ pub(super) fn convention(speed: HerseySpeed) -> &'static str {
     }
 }
 
-/// What the strokes say of the two conventions.
+/// Sentence on which convention the strokes support.
 pub(super) fn decision(found: &Calibration) -> String {
     let difference = found.convention_difference;
     let used = convention(found.set.exact().guide().hersey_speed);
@@ -32,7 +32,7 @@ pub(super) fn decision(found: &Calibration) -> String {
     }
 }
 
-/// What the directions say.
+/// Sentence on the difference of the directions.
 pub(super) fn directions(found: &Calibration) -> String {
     match found.asymmetry {
         None => "Directions: only one, or their mean, was measured".to_owned(),
@@ -54,7 +54,7 @@ pub(super) fn directions(found: &Calibration) -> String {
     }
 }
 
-/// What the residuals say.
+/// Sentence on the pattern in the residuals.
 pub(super) fn pattern(found: &Calibration) -> String {
     match found.pattern {
         None => "Pattern in the residuals: cannot be judged, no stroke was repeated".to_owned(),

@@ -1,4 +1,4 @@
-//! A friction law from strokes at known load, or over the speed alone, and everything that is said about it.
+//! A friction law from strokes at known load, or over the speed alone, and the reports about it.
 //!
 //! ```text
 //! recordings -> strokes -> cells (load, viscosity, speed, force)
@@ -29,7 +29,7 @@ pub use guide_words::{describe as describe_guide, doubts as guide_doubts, object
 pub use page::{axis as axis_page, guide as guide_page};
 pub use products::{Unfit, axis_file, guide_file, record};
 
-/// What the reference load of a recording is.
+/// Kind of reference load of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reference {
     /// Preload, Eq. 1.
@@ -41,7 +41,7 @@ pub enum Reference {
 /// How recordings are read. SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Length of the windows that strokes are looked for with, s; longer where it would hold too few rows.
+    /// Length of the windows in which strokes are searched for, s; longer where a window would hold too few rows.
     pub every_s: f64,
     /// Speed below which the carriage counts as standing, m/s.
     pub zero_speed_m_s: f64,
@@ -66,13 +66,13 @@ pub struct Calibration {
     pub fit: FrictionFit,
     /// Its constants with their intervals.
     pub constants: Vec<Constant>,
-    /// What it was made of; the difference of the directions is taken off.
+    /// The cells that were fitted; the difference of the directions is taken off.
     pub cells: Vec<Cell>,
     /// Which drag of the seals was fitted along.
     pub seals: Seals,
-    /// Carriage speed less slip, in deviance; positive speaks for slip.
+    /// Deviance with carriage speed less that with slip; positive supports slip.
     pub convention_difference: f64,
-    /// What the strokes say of the convention.
+    /// The convention that the strokes support; `None` where they cannot tell.
     pub decision: Option<HerseySpeed>,
     /// Difference of the directions; `None` where only one was measured.
     pub asymmetry: Option<Asymmetry>,
@@ -108,7 +108,7 @@ pub struct GridCell {
 }
 
 impl Calibration {
-    /// Whether a difference of the directions is believed, and was taken off.
+    /// Whether the difference of the directions is significant, and was taken off.
     pub fn is_asymmetric(&self) -> bool {
         self.asymmetry.is_some_and(|a| a.p_value < BELIEVED)
     }

@@ -1,4 +1,4 @@
-//! What a calibration is made for: the guide file, an axis' file, and the parameter record of a block.
+//! Products of a calibration: the guide file, an axis' file, and the parameter record of a block.
 
 use can_wire::parameters::ParameterRecord;
 use model_core::reduced::Reduced;
@@ -23,7 +23,7 @@ pub enum Unfit {
     Open(&'static str),
 }
 
-/// The guide as given with the fitted constants, its tolerance what the fit says of the friction coefficient.
+/// The given guide with the fitted constants; its tolerance is the fit's uncertainty of the friction coefficient.
 ///
 /// # Errors
 /// [`Unfit::Law`].
@@ -50,7 +50,7 @@ pub fn axis_file(found: &Selection) -> Simulation {
         simulation.mechanisms.push(stribeck);
     }
     if let Some(viscous) = value(curve.viscous_asymmetry) {
-        // the form in which the share of the friction stands before the part that grows with speed
+        // the form whose first amplitude is the share of the friction, before the part that grows with speed
         simulation.mechanisms.push(Added {
             id: Id::DirectionAsymmetry,
             form: 1,
@@ -90,14 +90,14 @@ pub fn record(calibration: &Calibration, base: &ParameterRecord) -> Result<Param
     let highest = ends(&|c| c.load_per_ball_n).1;
     let mut params = base.params;
     params.calibrated = true;
-    // a quarter of head room, so that a load at the edge of the range still has a number beside its reason
+    // headroom of a quarter, so that a load at the edge of the range still gives a number beside its reason
     params.law = Reduced::of(exact.guide(), exact.friction(), 1.25 * highest).to_f32();
     params.viscosity_number_per_cst = set.hersey_scale() as f32;
     params.viscosity = match set.lubricant() {
         Lubricant::Walther(oil) => oil
             .cubic(f64::from(params.viscosity.from_degc), f64::from(params.viscosity.to_degc))
             .map_err(|why| Unfit::Law(format!("the oil's viscosity: {why}")))?,
-        // an oil at one temperature: no slope
+        // a constant viscosity: no slope
         Lubricant::Constant(nu) => ViscosityCubic { ln: [nu.ln() as f32, 0.0, 0.0, 0.0], ..params.viscosity },
     };
     if let Some(drag) = calibration.fit.seal_drag_n {

@@ -1,7 +1,7 @@
-//! Strokes at steady speed and known load out of a recording.
+//! Extraction of strokes at steady speed and known load from a recording.
 //!
 //! Windows of steady motion (those of `estimate`) that follow one another with the same direction, speed and reference
-//! load are one stroke; what lies between, starts, stops, reversals and what is presliding after them, is left out.
+//! load are one stroke; starts, stops, reversals and the presliding after them are left out.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -18,7 +18,7 @@ use crate::recording::table::Table;
 /// Reference load below which a block counts as unloaded, N.
 const UNLOADED_N: f64 = 1.0;
 
-/// Speeds and loads of one stroke differ by less than this part.
+/// Largest relative difference of speeds and loads within one stroke.
 const SAME: f64 = 0.05;
 
 /// A stroke with its force, and the cell that it makes where its load is known.

@@ -96,7 +96,7 @@ fn key(text: &str) -> Result<u32, String> {
     number.map_err(|_| "a key is a whole number below 2^32, or 0x and hexadecimal digits".to_owned())
 }
 
-/// What a client says, as an exit status: a block that refuses is a check that failed.
+/// A client's error as a failure: a refusal by the block counts as a failed check.
 fn of_client(error: ClientError) -> Failure {
     match error {
         ClientError::Refused { .. }

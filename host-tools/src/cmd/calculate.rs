@@ -46,7 +46,7 @@ pub(super) struct Shared {
     table: Option<PathBuf>,
 }
 
-/// Which way the model is asked.
+/// Direction in which the model is evaluated.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Direction {
     /// Force in, preload out.

@@ -151,7 +151,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// What to record where there is no stroke.
 fn advice(window_s: Option<f64>) -> String {
     match window_s {
-        // windows lie where they fall: only twice their length has a whole one in it for certain
+        // windows are not aligned with strokes: only twice their length is certain to hold a whole one
         Some(s) => format!("hold every speed within 5 % for at least {:.2} s after the ramp and the reversal", 2.0 * s),
         None => "velocity_m_s is 0 in every row of the table".to_owned(),
     }
@@ -240,7 +240,7 @@ fn write_guide(arguments: &Arguments, name: &str, found: &Calibration, base: &Si
     if let Some((path, bytes)) = record {
         put(path, bytes)?;
     }
-    // last: whoever closes standard output early still gets the files
+    // last, so that closing standard output early does not cost the files
     let mut out = output();
     if arguments.json {
         writeln!(out, "{:#}", calibrate::guide_object(name, found))?;

@@ -202,7 +202,7 @@ fn recording(path: Option<&PathBuf>) -> Result<Run, Failure> {
     Ok(run)
 }
 
-/// Standard output may be a pipe that closes; that is no panic.
+/// Prints a line without panicking when standard output is a pipe that has closed.
 fn println_quietly(text: &str) -> Result<(), Failure> {
     use std::io::Write;
     Ok(writeln!(std::io::stdout(), "{text}")?)

@@ -66,7 +66,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     let (runs, losses, holdout) = match opened.and_then(|opened| has_force(opened, &simulation)) {
         Ok(((runs, losses), (holdout, _))) => (runs, losses, holdout),
         Err(Failure::Data(why)) => {
-            // whoever reads the report learns the reason there too
+            // the report states the reason, too
             let mut nothing = diagnose(&[], &[], &simulation, &options).diagnosis;
             nothing.data_quality.warnings = vec![why.clone()];
             write_json(arguments.json.as_deref(), &nothing)?;
@@ -90,7 +90,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         count(&mut outcome.diagnosis, losses);
     }
     let diagnosis = &outcome.diagnosis;
-    // files first: whoever closes standard output early still gets them
+    // files first, so that closing standard output early does not cost them
     let (is_stdout, json) = (arguments.json.as_deref() == Some(Path::new("-")), arguments.json.as_deref());
     write_json(json.filter(|_| !is_stdout), diagnosis)?;
     if let Some(path) = &arguments.html {
@@ -105,7 +105,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     }
     let told = if is_stdout { write_json(json, diagnosis) } else { summary(diagnosis, &unsaid) };
     match told {
-        // the verdict is asked for by its exit status, too
+        // the exit status must still give the verdict
         Err(Failure::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => {}
         told => told?,
     }
@@ -148,13 +148,13 @@ fn read(
     for path in files {
         all.push(recording.open(path, mappings)?);
     }
-    // a shell sorts by name; clocks that all start anew leave the order as it is
+    // a shell sorts by name, so sort by time; where all clocks start anew, the order stays
     let first_s = |(run, _): &(Run, Losses)| run.time_s.first().copied().unwrap_or(0.0);
     all.sort_by(|a, b| first_s(a).total_cmp(&first_s(b)));
     Ok(all.into_iter().unzip())
 }
 
-/// Adds what reading the file cost.
+/// Adds the losses from reading a file to the report.
 fn count(diagnosis: &mut Diagnosis, losses: Losses) {
     let quality = &mut diagnosis.data_quality;
     for (reason, rows) in losses.rejected {

@@ -107,7 +107,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let lines = describe(&summary, staircase.as_ref());
     let basis = Basis::of(&simulation);
     let uncalibrated = basis.as_ref().and_then(Basis::warning);
-    // files first: whoever closes standard output early still gets them
+    // files first, so that closing standard output early does not cost them
     if let Some(path) = &arguments.html {
         let lead = lines.first().map_or("", String::as_str);
         let page = estimate::page(&run.name, lead, uncalibrated.as_deref(), &estimates, &summary, staircase.as_ref());
@@ -145,7 +145,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if summary.usable == 0 && staircase.is_none() {
         return Err(unusable(&"no window has a preload"));
     }
-    // the process ends here; giving the columns back page by page would only take time
+    // the process ends here; freeing the columns would only take time
     std::mem::forget(run);
     Ok(())
 }

@@ -99,7 +99,7 @@ fn make(arguments: &Arguments, path: &PathBuf, out: &PathBuf) -> Result<String, 
     };
     let made = image::build(&simulation, &base, &told).map_err(|why| {
         if let (NoImage::Refused(refused), true) = (&why, arguments.json) {
-            // the data that was asked for, before the message that says why there is no image
+            // the requested JSON, before the message why there is no image
             let _ = writeln!(output(), "{}", image::refusal_json(refused));
         }
         Failure::Data(format!("{}: {why}", path.display()))

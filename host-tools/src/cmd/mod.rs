@@ -1,4 +1,4 @@
-//! One file a subcommand: parse arguments, call the library, print. And what all of them share.
+//! Subcommands, one file each: parse arguments, call the library, print. Here is what they share.
 
 pub(crate) mod block;
 mod calculate;
@@ -82,11 +82,11 @@ impl From<Unusable> for Failure {
     }
 }
 
-/// Prints what has to be printed and answers the status to exit with.
+/// Prints the error, if there is one, and returns the exit status.
 pub(crate) fn exit_code(outcome: Result<(), Failure>) -> ExitCode {
     let (code, text) = match outcome {
         Ok(()) => (0, None),
-        // the reader has seen enough
+        // the reader has closed the pipe: no error
         Err(Failure::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => (0, None),
         Err(Failure::Check) => (1, None),
         Err(Failure::Output(error)) => (2, Some(format!("cannot write the output: {error}"))),
@@ -99,7 +99,7 @@ pub(crate) fn exit_code(outcome: Result<(), Failure>) -> ExitCode {
     ExitCode::from(code)
 }
 
-/// Writes a line to standard error. That nobody reads it is no reason to stop.
+/// Writes a line to standard error; a closed one is ignored.
 pub(crate) fn say(line: impl Display) {
     let _ = writeln!(io::stderr(), "{line}");
 }

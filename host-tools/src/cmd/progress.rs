@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// What is over sooner needs no bar.
+/// Time from which work gets a bar.
 const MOMENT: Duration = Duration::from_secs(1);
 
 /// A bar that clears itself away.
@@ -20,7 +20,7 @@ impl Bar {
         Self::new(name, "{msg} {bar:30} {bytes} of {total_bytes}, {eta} left")
     }
 
-    /// A sign that something is being done whose end cannot be told; so it is there at once.
+    /// A spinner for work of unknown length; it is shown at once.
     pub(crate) fn busy(name: &str) -> Self {
         let bar = Self::new(name, "{spinner} {msg}, {elapsed}");
         if let Some(bar) = &bar.bar {
@@ -41,7 +41,7 @@ impl Bar {
         Bar { bar, start: Instant::now() }
     }
 
-    /// So much is done. From any thread.
+    /// Updates the bar; may be called from any thread.
     pub(crate) fn at(&self, done: u64, of: u64) {
         if let Some(bar) = &self.bar
             && self.start.elapsed() > MOMENT

@@ -109,7 +109,7 @@ impl Target {
     }
 }
 
-/// A failure of the bus: one that cannot be opened was named wrongly.
+/// A failure of the bus counts as wrong usage: a bus that cannot be opened was named wrongly.
 pub(crate) fn of_bus(error: BusError) -> Failure {
     Failure::Usage(error.to_string())
 }
@@ -182,7 +182,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     if tally.bursts > tally.whole { Err(Failure::Check) } else { Ok(()) }
 }
 
-/// Has records come of something, and writes them.
+/// Calls `of` with the listener, writes the records that it gives and counts them.
 fn hear(
     listening: &mut Listening,
     recorder: &mut Recorder,

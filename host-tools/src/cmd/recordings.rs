@@ -1,4 +1,4 @@
-//! How a command is told which columns and rows of a recording it reads, and reading with a progress bar.
+//! Options that select columns and rows of a recording, and reading with a progress bar.
 
 use std::path::Path;
 
@@ -25,7 +25,7 @@ impl RecordingArguments {
         self.mappings.is_empty() && self.selections.is_empty()
     }
 
-    /// Reads a run and says what was lost. `more` are mappings of a simulation file; the command line goes first.
+    /// Reads a run and prints what was lost. `more` are mappings of a simulation file; the command line overrides them.
     pub(crate) fn open(&self, path: &Path, more: &[Mapping]) -> Result<(Run, Losses), Failure> {
         let mappings = self.with(more);
         let (run, losses) =

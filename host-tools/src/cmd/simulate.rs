@@ -77,7 +77,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let told = match (&arguments.input, arguments.profile.profile) {
         (Some(input), None) => recorded::run(arguments, input, &simulation, &mappings, out)?,
         (None, Some(name)) => driven::run(arguments, name, &simulation, out)?,
-        // said here: a conflict that clap knows of would silence what other options require
+        // checked here: a conflict declared to clap would silence the requirements of other options
         (None, None) => {
             let what =
                 "give a recording, `simulate RUN.csv`, or a test profile, `simulate --profile NAME`; --help names them";
@@ -88,7 +88,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(path) = &arguments.html {
         outputs::put(path, &told.page)?;
     }
-    // after the page: whoever closes standard output early still gets it
+    // after the page, so that closing standard output early does not cost it
     told.written?;
     if arguments.json {
         let mut out = output();
@@ -108,7 +108,7 @@ impl Arguments {
     }
 }
 
-/// What is told of a run beside its rows.
+/// What is reported about a run beside its rows.
 struct Told {
     /// How writing the rows ended.
     written: Result<(), Failure>,
@@ -124,7 +124,7 @@ fn put(path: &Path, columns: &[Column<'_>]) -> Result<(), Failure> {
     write(path, columns).map_err(|error| outputs::of(path, error))
 }
 
-/// Root of the mean square of what is finite; NaN of nothing.
+/// RMS of the finite values; NaN without any.
 fn rms(column: &[f64]) -> f64 {
     let (sum, count) = column.iter().filter(|x| x.is_finite()).fold((0.0, 0usize), |(s, n), x| (s + x * x, n + 1));
     (sum / count as f64).sqrt()

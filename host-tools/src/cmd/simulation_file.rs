@@ -62,7 +62,7 @@ impl SimulationFile {
     }
 }
 
-/// The text of a simulation file, which a recording given by mistake is not.
+/// The text of a simulation file; a recording given by mistake is recognised.
 pub(super) fn text(path: &Path) -> Result<String, Failure> {
     let bytes = fs::read(path).map_err(|error| Failure::io(path, error))?;
     String::from_utf8(bytes).map_err(|_| {

@@ -215,7 +215,7 @@ fn find_plant() -> Result<PathBuf, Failure> {
         })
 }
 
-/// The virtual environment of the repository where it has what is needed, else the interpreter of the path.
+/// The interpreter of the repository's virtual environment if that has the packages needed, otherwise that of the path.
 fn find_python(plant: &Path) -> Result<PathBuf, Failure> {
     let local = plant.ancestors().map(|folder| folder.join(".venv/bin/python")).find(|python| python.is_file());
     let works = |python: &PathBuf| {

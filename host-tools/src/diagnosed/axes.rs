@@ -1,4 +1,4 @@
-//! The mismatch over every axis that a mismatch is located on: measured less simulated, bin by bin, before and after.
+//! Mismatch (measured less simulated) over every axis on which it can be located, bin by bin, before and after.
 
 use simulation::Simulation;
 use simulation::law::Missing;
@@ -22,7 +22,7 @@ pub struct Bin {
     pub before_n: f64,
     /// Mean mismatch with what was found, N.
     pub after_n: f64,
-    /// Scatter of the mismatch that is left, 1 σ of a row, N.
+    /// Scatter of the remaining mismatch, 1 σ of a row, N.
     pub scatter_n: f64,
 }
 
@@ -48,7 +48,7 @@ const AXES: [Column; 12] = [
     ("time", "s", |c, n| c.run.time_s[n] - c.run.time_s[0]),
     ("travel", "m", |c, n| c.travel_m[n]),
     ("acceleration", "m/s²", |c, n| c.motion.acceleration_m_s2[n]),
-    // what starts in motion has no reversal behind it
+    // a part that starts in motion has no reversal before it
     ("reversal-distance", "m", |c, n| if c.since_reversal_m[n] < 0.02 { c.since_reversal_m[n] } else { f64::NAN }),
     ("dwell", "s", |c, n| if c.dwell_s[n] > 0.0 && c.since_reversal_m[n] < 0.002 { c.dwell_s[n] } else { f64::NAN }),
     ("preload", "N", |c, n| c.steady.preload_n.get(n).copied().unwrap_or(f64::NAN)),
@@ -60,8 +60,8 @@ const AXES: [Column; 12] = [
     }),
 ];
 
-/// Axes along which a friction that is missing would turn its sign with the direction: there the mismatch is counted
-/// against the motion.
+/// Axes along which missing friction would change its sign with the direction: there the mismatch is counted against
+/// the motion.
 const ODD: [&str; 7] = ["velocity", "travel", "time", "reversal-distance", "dwell", "preload", "temperature"];
 
 /// The mismatch of all runs over every axis that varies.
@@ -74,7 +74,7 @@ pub fn views(runs: &[Run], given: &Simulation, augmented: &Simulation) -> Result
     for run in session.as_deref().unwrap_or(runs) {
         let motion = Motion::of(run);
         let after = augmented.force(run, &motion)?;
-        // a file that leaves its law to be fitted says nothing by itself
+        // a file that leaves its law to be fitted has no force by itself
         let before = given.force(run, &motion).unwrap_or_else(|_| vec![f64::NAN; run.len()]);
         let context = Context::of(augmented, run, &motion)?;
         for n in (0..run.len()).filter(|n| !context.at_rest[*n] && after[*n].is_finite()) {

@@ -36,10 +36,10 @@ pub fn page(name: &str, diagnosis: &Diagnosis, views: &[AxisView]) -> String {
     page.finish()
 }
 
-/// Probability by chance below which a difference is certain.
+/// Probability of chance below which a difference is certain.
 const CERTAIN: f64 = 1e-6;
 
-/// Least probability that is said: none is known so exactly.
+/// Least probability that is stated: none is known more exactly.
 const LEAST_SAID: f64 = 1e-9;
 
 /// A probability by chance as it is said.
@@ -193,12 +193,12 @@ fn pictures(page: &mut Page, diagnosis: &Diagnosis, views: &[AxisView]) {
         let unit = if view.unit.is_empty() { String::new() } else { format!(" ({})", view.unit) };
         let points = |of: &dyn Fn(&super::Bin) -> f64| view.bins.iter().map(|b| (b.at, of(b))).collect::<Vec<_>>();
         let (before, after) = (points(&|b| b.before_n), points(&|b| b.after_n));
-        // a law that was left to be fitted says nothing as given
+        // a law that was left to be fitted has no force as given
         let is_given = before.iter().any(|(_, y)| y.is_finite());
         let alone = |line: &[(f64, f64)]| line.iter().map(|(x, y)| (*x, *y, 0.0)).collect();
         let mut chart = Chart::new(&format!("over {}", view.axis), &format!("{}{unit}", view.axis), "mismatch (N)");
         chart = match view.axis {
-            // there is nothing between forth and back
+            // two directions: points, no line between them
             "direction" if is_given => chart.points("as given", alone(&before)),
             _ if is_given => chart.dashed("as given", before),
             _ => chart,

@@ -1,4 +1,4 @@
-//! One window into a preload with its standard deviation.
+//! Preload of one window with its standard deviation.
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -13,14 +13,14 @@ use super::{Settings, Window};
 /// Load per ball that the reduced law is made for where the range of preloads has none, N.
 const LOAD_LIMIT_N: f64 = 600.0;
 
-/// A preload and what it is uncertain by, N.
+/// A preload with its uncertainty, N.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Preload {
     /// Best value.
     pub value_n: f64,
     /// Standard deviation from the noise of this window's force.
     pub noise_n: f64,
-    /// Standard deviation from what the law and the seals are assumed to be; common to all windows.
+    /// Standard deviation from the assumed law and seals; common to all windows.
     pub model_n: f64,
 }
 
@@ -36,7 +36,7 @@ impl Preload {
     }
 }
 
-/// A window and what it says of the preload.
+/// A window with its preload.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
     /// The window.
@@ -65,7 +65,7 @@ pub(super) struct Band<'a> {
 impl<'a> Band<'a> {
     pub(super) fn new(set: &'a GuideSet, simulation: &Simulation, settings: &'a Settings) -> Self {
         let exact = set.exact();
-        // a tenth more than the heaviest preload that is told
+        // a tenth more than the heaviest preload that is given out
         let limit = exact.load_of_preload(1.1 * settings.preload_range_n.1).unwrap_or(LOAD_LIMIT_N);
         Band {
             law: Reduced::of(exact.guide(), exact.friction(), limit),

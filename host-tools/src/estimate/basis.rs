@@ -1,4 +1,4 @@
-//! What the inverted law rests on.
+//! Provenance of the inverted law.
 
 use serde::Serialize;
 use simulation::Simulation;
@@ -8,7 +8,7 @@ use simulation::published::Provenance;
 /// The constants of Eq. 19, which a calibration determines.
 const FRICTION: [&str; 4] = ["mu_coulomb", "mu_viscous", "mu_stribeck", "stribeck_exponent"];
 
-/// Where the numbers of a law come from.
+/// Provenance of the numbers of a law.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Basis {
     /// Name of the published set.

@@ -5,8 +5,8 @@
 //!                                                         -> speeds -> one preload for all of them (staircase)
 //! ```
 //!
-//! What a window may not be trusted for has the block's own names, [`Reason`]. Beside the noise the band holds what the
-//! simulation's `[tolerance]` says of the law:
+//! Reasons against a window have the block's own names, [`Reason`]. Beside the noise the band includes the simulation's
+//! `[tolerance]` of the law:
 //!
 //! ```text
 //! (σ_p/F_p)² = S_F²((σ_F² + σ_seal²)/F² + σ_μ² + Σ (share of the term)² σ_term²) + S_ν² σ_ν²
@@ -76,7 +76,7 @@ impl Default for Settings {
     }
 }
 
-/// Why a simulation tells no preload at all.
+/// Why a simulation gives no preload at all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Unable {
     /// Its law knows no preload.

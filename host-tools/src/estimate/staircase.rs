@@ -9,7 +9,8 @@ use super::{Estimate, is_steady};
 /// Speeds that differ by less than this part count as one.
 const SAME_SPEED: f64 = 0.02;
 
-/// Smallest standard deviation of a step, of its drag: a simulation has no noise, an average no miracles.
+/// Smallest standard deviation of a step, relative to its drag: a simulation has no noise, but no average is that
+/// exact.
 const LEAST_NOISE: f64 = 1e-4;
 
 /// Puts the steady windows of every speed together, both directions alike.
@@ -28,7 +29,7 @@ fn step(windows: &[&Estimate]) -> Step {
     let drag_n = mean(&|e| e.contact_force_n);
     let noise = libm::sqrt(mean(&|e| e.contact_sigma_n * e.contact_sigma_n) / n);
     let scatter = mean(&|e| (e.contact_force_n - drag_n) * (e.contact_force_n - drag_n)) / (n - 1.0).max(1.0);
-    // what differs from place to place and between the directions is in the scatter alone
+    // differences between places and directions count through the scatter only
     let sigma_n = noise.max(libm::sqrt(scatter)).max(LEAST_NOISE * drag_n.abs());
     Step { speed_m_s: mean(&|e| e.window.speed_m_s.abs()), viscosity_cst: mean(&|e| e.viscosity_cst), drag_n, sigma_n }
 }

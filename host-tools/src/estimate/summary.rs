@@ -4,10 +4,10 @@ use model_core::sample::Reason;
 
 use super::Estimate;
 
-/// Stretches of the rail that the table by position has.
+/// Number of stretches of the rail in the table by position.
 const PLACES: usize = 10;
 
-/// What a recording says of the preload.
+/// Preload over a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
     /// Windows in all.
@@ -93,7 +93,7 @@ impl Summary {
     }
 }
 
-/// The value that a part of the values lies below; NaN of nothing. Sorts.
+/// Quantile: the value below which a part of the values lies; NaN without values. Sorts them.
 fn quantile(values: &mut [f64], part: f64) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     let place = part * values.len().saturating_sub(1) as f64;
@@ -107,6 +107,6 @@ fn quantile(values: &mut [f64], part: f64) -> f64 {
 fn deviation(values: &[f64]) -> f64 {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
-    // one value has no scatter that could be told
+    // one value has no scatter
     libm::sqrt(values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (n - 1.0).max(1.0))
 }

@@ -14,16 +14,16 @@ use super::Settings;
 /// Largest spread of speeds within a window, of their mean; the block's.
 const STEADY_SPREAD: f64 = 0.05;
 
-/// Fewest rows that a window's noise can be told from.
+/// Fewest rows from which a window's noise can be estimated.
 const FEWEST_ROWS: usize = 16;
 
-/// Rows that a window is made long enough to hold: a clock that jitters must not bring it below the fewest.
+/// Rows that a window is made to hold at least: more than the fewest, so that a clock with jitter does not fall below.
 const USUAL_ROWS: f64 = 20.0;
 
-/// Shortest window at the end of a part, of a whole one.
+/// Shortest window at the end of a part, relative to a whole one.
 const SHORTEST: f64 = 0.5;
 
-/// What a window of a run says.
+/// A window of a run: its motion, force and temperature.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Window {
     /// Its rows.
@@ -44,7 +44,7 @@ pub struct Window {
     pub force_sigma_n: f64,
     /// Mean temperature of the block, °C; NaN where it was not measured.
     pub temperature_degc: f64,
-    /// What of the motion speaks against using it.
+    /// Reasons against using it that follow from its motion.
     pub reasons: Reasons,
 }
 
@@ -93,7 +93,7 @@ fn cut(run: &Run, part: &Part, length_s: f64) -> Vec<Range<usize>> {
     while from < part.rows.end {
         // a little early rather than a row late: times are rounded
         let end = time[from] + length_s * (1.0 - 1e-9);
-        // windows are about as long as the one before: halving the whole rest would read all over it
+        // windows are about as long as the one before: bisecting the whole rest would touch all of it
         while from + reach < part.rows.end && time[from + reach] < end {
             reach *= 2;
         }
@@ -125,7 +125,7 @@ fn measure(run: &Run, rows: Range<usize>) -> (Window, Vec<f64>) {
         (position, Some(velocity)) => {
             (quarter(velocity).to_vec(), position.as_ref().map_or(f64::NAN, |x| mean(&x[rows.clone()])))
         }
-        // the reader lets no such run through
+        // the reader refuses such a run
         (None, None) => (vec![f64::NAN; 4], f64::NAN),
     };
     let speed_m_s = mean(&speeds);
@@ -171,7 +171,7 @@ fn noise(force: &[f64]) -> (f64, f64) {
     (centre, (square / (n * (n - 1.0)) * (1.0 + rho) / (1.0 - rho)).sqrt())
 }
 
-/// What is remembered of the motion from window to window of a part.
+/// State of the motion from window to window of a part.
 struct Course {
     direction: f64,
     travel_m: f64,
@@ -194,7 +194,7 @@ impl Course {
             let last = speeds[speeds.len() - 1];
             self.direction = if turned { last.signum() } else { direction };
             self.travel_m = if turned { 0.0 } else { window.travel_m };
-            // where a part starts in steady motion nothing is known to have turned
+            // where a part starts in steady motion no reversal is known
             reasons.insert(if was_first && !turned { Reason::Settling } else { Reason::Reversing });
         } else {
             reasons.insert_if(self.travel_m < settings.presliding_guard_m, Reason::Reversing);
@@ -202,7 +202,7 @@ impl Course {
         }
         let (low, high) = speeds.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
         reasons.insert_if(high - low > STEADY_SPREAD * window.speed_m_s.abs() + zero_speed, Reason::Accelerating);
-        // a speed that is not known is no speed
+        // an unknown speed
         reasons.insert_if(!(high - low).is_finite(), Reason::EncoderStuck);
         reasons
     }

@@ -1,4 +1,4 @@
-//! Each mechanism of a simulation into the block's parameters, or why not; a curve never.
+//! Transfer of each mechanism of a simulation into the block's parameters, or why it is refused; curves always are.
 
 use model_core::left_out::wave::{Acts, ORDERS, Wave};
 use model_core::params::Params;
@@ -11,13 +11,13 @@ use simulation::mechanism::{Added, Form, Id};
 
 use super::{Carried, Circumstances, NoImage, Refused, constant, most, table};
 
-/// Share of the drag that may be left where the presliding guard ends.
+/// Share of the drag that a decaying effect may still have where the presliding guard ends.
 const LEFT_BEHIND_GUARD: f64 = 1e-3;
 
-/// Rest that breakaway is reckoned with where it grows without end, s: a day.
+/// Longest rest assumed for a breakaway force that grows without limit, s: a day.
 const LONGEST_REST_S: f64 = 86_400.0;
 
-/// Carries all of them.
+/// Transfers all of them.
 pub(super) fn all(
     simulation: &Simulation,
     set: &GuideSet,
@@ -50,7 +50,7 @@ pub(super) fn all(
     if refused.is_empty() { Ok(carried) } else { Err(NoImage::Refused(refused)) }
 }
 
-/// The block has equations and no tables over axes: it cannot run what has no equation.
+/// Refuses a curve: the block has equations and no tables over axes, and an unnamed effect has no equation.
 fn nameless(added: &AddedCurve) -> Refused {
     let axis = added.curve.axis.name();
     let why = format!(
@@ -67,7 +67,7 @@ struct Numbers<'a> {
 }
 
 impl Numbers<'_> {
-    /// A shape parameter or an amplitude; 0 of a name that the form has not.
+    /// A shape parameter or an amplitude; 0 for a name that the form lacks.
     fn of(&self, name: &str) -> f64 {
         let shape = self.form.shape.iter().map(|s| s.name).zip(&self.added.shape);
         let amplitudes = self.form.amplitudes.iter().map(|a| a.name).zip(&self.added.amplitudes);
@@ -193,7 +193,7 @@ fn one(
     }
 }
 
-/// Why the chip does not run these at all.
+/// Why the chip cannot run these mechanisms at all.
 fn reason(id: Id) -> String {
     let why = match id {
         Id::SelfHeating => {
@@ -227,11 +227,11 @@ fn reason(id: Id) -> String {
     why.to_owned()
 }
 
-/// The law was told one viscosity; the block has the oil that the temperature says.
+/// Oil: the law has one viscosity; the block's oil follows the temperature.
 fn oil(set: &GuideSet, told: &Circumstances, params: &mut Params, numbers: &Numbers<'_>) -> Outcome {
     let kept = params.viscosity.ln;
     let of_law = match set.lubricant() {
-        // the law that stays has its own viscosity
+        // a law that is kept has its own viscosity
         _ if told.keep_law => (kept[1..] == [0.0; 3]).then(|| f64::from(kept[0]).exp()),
         Lubricant::Constant(nu) => Some(nu),
         Lubricant::Walther(_) => None,
@@ -288,7 +288,7 @@ fn place_wave(params: &mut Params, wave: Wave) -> Result<(), String> {
     Ok(())
 }
 
-/// What dies away behind a reversal is waited for.
+/// Lengthens the presliding guard over an effect that decays after a reversal.
 fn guard(params: &mut Params, distance_m: f64) -> Outcome {
     let limit = most("presliding_guard_m");
     if distance_m > limit {

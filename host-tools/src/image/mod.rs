@@ -2,7 +2,8 @@
 //!
 //! The law, its oil and every `[[mechanism]]` of the file go into the record; sensors, ranges, uncertainties, node and
 //! the mark "calibrated" stay those of the record it is made from. A mechanism that the chip cannot run is refused by
-//! name, and so is every `[[curve]]`: an image that silently lacked it would bring the error back that was just explained.
+//! name, and so is every `[[curve]]`: an image that silently lacked it would bring the error back that was just
+//! explained.
 
 mod carry;
 mod page;
@@ -21,12 +22,13 @@ use simulation::mechanism::Id;
 
 pub use page::{describe, described_json, refusal_json, text, to_json};
 
-/// What the simulation does not say and the block has to be told.
+/// Facts that the simulation does not hold and the block needs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Circumstances {
     /// External load while moving towards larger and towards smaller positions, N.
     pub external_load_n: Option<[f64; 2]>,
-    /// Place on the rail at which the block is switched on, m, where positions of the simulation count from the rail's zero.
+    /// Place on the rail at which the block is switched on, m, where positions of the simulation count from the rail's
+    /// zero.
     pub start_m: f64,
     /// Temperatures that the image is to hold for, °C; without it those of the record.
     pub temperature_degc: Option<[f64; 2]>,
@@ -35,16 +37,16 @@ pub struct Circumstances {
     pub keep_law: bool,
 }
 
-/// An image, and how what was in the simulation got into it.
+/// An image, with the list of what was transferred from the simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
     /// The record.
     pub record: ParameterRecord,
     /// Its bytes for the block's flash.
     pub bytes: Vec<u8>,
-    /// What tells it from other images.
+    /// Hash that identifies it.
     pub hash: u32,
-    /// Each mechanism of the simulation and what became of it.
+    /// Each mechanism of the simulation and where it went.
     pub carried: Vec<Carried>,
     /// What a person should know before the image is used.
     pub notes: Vec<String>,
@@ -94,7 +96,7 @@ fn sentences(refused: &[Refused]) -> String {
     refused.iter().map(one).collect::<Vec<_>>().join("\n")
 }
 
-/// Makes the image of a simulation on the foundation of a record.
+/// Makes the image of a simulation, based on a record.
 ///
 /// # Errors
 /// [`NoImage`].
@@ -145,7 +147,7 @@ fn finish(
     notes: Vec<String>,
 ) -> Result<Image, NoImage> {
     let params = &mut record.params;
-    // the simulation says all that acts; what the record had of it is replaced
+    // the simulation states all mechanisms; those of the record are replaced
     params.seals = Seals { coulomb_n: 0.0, viscous_n_s_m: 0.0 };
     params.left_out = LeftOut { start_m: told.start_m as f32, ..LeftOut::NOTHING };
     let carried = carry::all(simulation, set, told, params)?;

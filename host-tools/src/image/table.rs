@@ -1,4 +1,4 @@
-//! A mechanism that is tied to a place, as the block's table: the library's own columns, sampled along the rail.
+//! The block's rail table of a mechanism tied to a place: the library's own columns, sampled along the rail.
 
 use model_core::left_out::rail::{KNOTS, RailTable};
 use model_core::left_out::wave::Acts;
@@ -11,7 +11,7 @@ use simulation::run::{Break, Part, Run};
 /// Places sampled for each knot, to find where the lines between knots are furthest off.
 const FINE: usize = 8;
 
-/// Largest error of the lines, of the largest value.
+/// Largest error of the interpolation, relative to the largest value.
 const COARSE: f64 = 0.02;
 
 /// Fills the block's one table.
@@ -23,8 +23,8 @@ pub(super) fn of(simulation: &Simulation, params: &mut Params, added: &Added, ac
     }
     let place = added.shape.first().copied().unwrap_or(0.0);
     let (length, pitch) = loaded_length_and_pitch_m(simulation);
-    // nothing changes any more where the loaded length has left the place behind; a patch of dirt rises and falls over a
-    // pitch at either end, and its corners are to fall on knots
+    // the effect ends where the loaded length has passed the place; a patch of dirt rises and falls over a pitch at
+    // either end, and its corners should fall on knots
     let (reach, lines) = if matches!(acts, Acts::Preload | Acts::Interference) {
         (length, KNOTS - 1)
     } else {
@@ -32,7 +32,7 @@ pub(super) fn of(simulation: &Simulation, params: &mut Params, added: &Added, ac
         (length + pitch, (KNOTS - 1) / pitches * pitches)
     };
     let (from, to, lines) = match (added.form().map(|form| form.name), added.shape.as_slice()) {
-        // a table already: its entries are the knots
+        // it is a table already: its entries become the knots
         (Some("profile"), [from, to]) => (*from, *to, added.amplitudes.len().clamp(2, KNOTS) - 1),
         _ => (place - 0.5 * reach, place + 0.5 * reach, lines),
     };
@@ -97,7 +97,7 @@ fn sample(simulation: &Simulation, added: &Added, acts: Acts, places: &[f64]) ->
     values.iter().all(|v| v.is_finite()).then_some(values)
 }
 
-/// A slow passage over these places, with whatever else the law needs held still.
+/// A slow passage over these places, with all other inputs of the law held constant.
 fn still(simulation: &Simulation, places: &[f64]) -> Option<(Run, Motion)> {
     const SPEED: f64 = 0.02;
     let rows = places.len();

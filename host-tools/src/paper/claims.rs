@@ -12,7 +12,7 @@ use super::grid::{GridClaim, grid_claims};
 use super::left_out::{LeftOut, left_out};
 use super::{grid, oh, one_curve, printed};
 
-/// What became of a statement.
+/// Verdict on a statement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {

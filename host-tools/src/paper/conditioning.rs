@@ -4,7 +4,7 @@ use model_core::exact::Exact;
 
 use super::convention::{LATERAL_N, SPEEDS_M_MIN};
 
-/// What small errors do to the preload at one working point, each as a ratio less one.
+/// Effects of small errors on the preload at one working point, each as a ratio less one.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
 pub struct Conditioning {
     /// Drag force there, N.
@@ -41,8 +41,8 @@ pub fn conditioning(model: &Exact, q: f64, nu: f64, speed_m_s: f64) -> Option<Co
     })
 }
 
-/// Smallest and largest error of the preload on the measured grid, a ratio less one, if the oil has the viscosity number
-/// `truly` and is taken to have `taken`. `None` where a load or a drag force is beyond the geometry.
+/// Smallest and largest error of the preload on the measured grid, a ratio less one, if the oil has the viscosity
+/// number `truly` and is taken to have `taken`. `None` where a load or a drag force is beyond the geometry.
 pub fn error_of_viscosity(model: &Exact, truly: f64, taken: f64) -> Option<(f64, f64)> {
     let mut range = (f64::INFINITY, f64::NEG_INFINITY);
     for lateral in LATERAL_N {

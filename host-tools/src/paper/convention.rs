@@ -1,4 +1,4 @@
-//! The readings of the Hersey number that the paper leaves open, and what each makes of the measured grid.
+//! The readings of the Hersey number that the paper leaves open, and what each predicts on the measured grid.
 //!
 //! The paper gives `H = η u/P` without units. A reading fixes the number that stands for the viscosity and the
 //! speed that stands for u; the pressure is the maximum one, in Pa.
@@ -46,7 +46,7 @@ pub const C2: usize = 1;
 /// Place of C6 in [`CONVENTIONS`], the reading that the parameter set of this program takes.
 pub const C6: usize = 5;
 
-/// What a reading makes of the measured grid.
+/// Predictions of a reading on the measured grid.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
 pub struct Score {
     /// Smallest and largest `k_s H`.

@@ -1,4 +1,4 @@
-//! Brewe and Hamrock's closed forms of the contact ellipse, to show what the exact integrals are worth.
+//! Brewe and Hamrock's closed forms of the contact ellipse, to show what the exact integrals gain.
 
 use std::f64::consts::PI;
 

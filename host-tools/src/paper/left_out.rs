@@ -1,9 +1,10 @@
-//! The paper's own contradiction as a diagnosis: what would have to be added to Eq. 20 so that what the text says of
-//! its measurements could be true, and which run would settle which.
+//! The paper's own contradiction as a diagnosis: what would have to be added to Eq. 20 so that the text's statements on
+//! its measurements could be true, and which run would decide.
 //!
 //! The statements are those of the text around Fig. 5, with tolerances that a reader of a figure would grant: the two
 //! quoted minima to 3 %, "minimum" as level to 3 % on either side of it, "level" to 5 %, "falls sharply" as by a fifth
-//! at least, "rises gradually" and "falls slowly" as by a twentieth at least. All four constants of the law are left free: the question is not whether the printed ones fit, but whether any can.
+//! at least, "rises gradually" and "falls slowly" as by a twentieth at least. All four constants of the law are left
+//! free: the question is not whether the printed ones fit, but whether any can.
 
 use calibration::stated::{Point, Statement, fit};
 use model_core::contact::HerseySpeed;
@@ -17,7 +18,7 @@ use super::convention::QUOTED_MINIMA;
 /// Fall of χ² by one more constant from which that constant is called needed: one in a thousand by chance.
 const NEEDED: f64 = 10.83;
 
-/// Probability above which a law is said to do.
+/// Probability above which a law is said to suffice.
 const SUFFICES: f64 = 0.05;
 
 /// Tolerances of ln μ, 1 σ.

@@ -1,4 +1,4 @@
-//! Bursts into files that survive whatever ends the recording.
+//! Recorder of bursts into files that survive whatever ends the recording.
 //!
 //! ```text
 //! time_s,position_m,drag_force_n,temperature_block_degc,segment      a recording that diagnose takes
@@ -6,8 +6,8 @@
 //! ```
 //!
 //! Rows are only ever appended, a whole block of samples with one call, and reach the disk at least once a second.
-//! A recording that was cut is carried on behind its last row: a row that was cut off ends there, is named and left
-//! out by whoever reads the file, and costs nothing else.
+//! A recording that was cut is continued after its last row: a row that was cut off ends there, is reported and left
+//! out when the file is read, and costs nothing else.
 //!
 //! `time_s` is the block's own clock, its ticks; each burst, and each gap within one, begins a new `segment`. Positions
 //! have the encoder's zero at the block's start, modulo 65536 counts: within a segment they are unbroken, from one to
@@ -38,7 +38,7 @@ pub struct Recorder {
     synced: Instant,
 }
 
-/// Why a file is not carried on.
+/// Why a file is not continued.
 #[derive(Debug, thiserror::Error)]
 pub enum RecorderError {
     /// It cannot be opened, read or written.
@@ -55,14 +55,14 @@ pub enum RecorderError {
 }
 
 impl Recorder {
-    /// Opens a file, or carries one on.
+    /// Opens a file, or continues one.
     ///
     /// # Errors
     /// [`RecorderError`].
     pub fn open(path: &Path, kind: Kind, calibration: Calibration) -> Result<Self, RecorderError> {
         let mut file = OpenOptions::new().read(true).append(true).create(true).open(path)?;
         let mut before = String::new();
-        // a recorder may be cut within a character only if somebody else wrote it
+        // only a file of another program can be cut within a character
         let mut bytes = Vec::new();
         file.seek(SeekFrom::Start(0))?;
         file.read_to_end(&mut bytes)?;
@@ -89,7 +89,7 @@ impl Recorder {
         Ok(Recorder { file, rows, text: Vec::new(), synced: Instant::now() })
     }
 
-    /// Appends what came.
+    /// Appends a record.
     ///
     /// # Errors
     /// Those of the file.

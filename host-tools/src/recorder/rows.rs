@@ -1,4 +1,4 @@
-//! Records of a burst as rows of text.
+//! Rows of text from the records of a burst.
 
 use std::io::Write;
 
@@ -61,9 +61,9 @@ impl Rows {
         self.written
     }
 
-    /// Goes on behind what a file already has.
+    /// Continues after the rows that a file already has.
     pub(super) fn carry_on(&mut self, text: &str) {
-        // a row that was cut may hold half a number: only whole rows are looked at
+        // a row that was cut may hold half a number: only whole rows are read
         let whole = text.rsplit_once('\n').map_or("", |(whole, _)| whole);
         for row in whole.lines().rev().take(64) {
             let cells: Vec<&str> = row.split(',').collect();
@@ -98,7 +98,7 @@ impl Rows {
         }
         let mut tick = u64::from(block.tick) + self.shift;
         if tick < self.next {
-            // the block has started anew: a second's pause, as if nothing had been said
+            // the block has restarted: continue the time after a pause of one second
             self.shift = self.next + u64::from(BLOCK_HZ) - u64::from(block.tick);
             tick = u64::from(block.tick) + self.shift;
         }

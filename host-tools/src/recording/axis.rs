@@ -1,4 +1,4 @@
-//! A run of an axis out of the columns of a file: what a row needs and what cannot be meant.
+//! A run of an axis from the columns of a file: columns needed, checks of rows and units.
 //!
 //! One row a sample, SI units, `time_s` strictly increasing, columns in any order, unknown ones ignored, an empty cell
 //! meaning "not measured":
@@ -15,8 +15,8 @@
 //! | `simulated_force_n` | no | what another program says the drag force should be |
 //! | `segment` | no | whole number, or the name of a part; a new one starts a new part |
 //!
-//! A gap (more than 1.5 median steps of its segment), a new segment and a first jump of the clock backwards start a new part:
-//! nothing is interpolated across them.
+//! A gap (more than 1.5 median steps of its segment), a new segment and a first jump of the clock backwards start a new
+//! part: nothing is interpolated across them.
 
 use std::io::Read;
 
@@ -26,10 +26,10 @@ use super::columns::{Header, Need, Numbers, Places, Wanted, check_mappings};
 use super::source::Source;
 use super::{Cost, Fault, Losses, Mapping, Place, Progress, Selection, Unusable, parts, segments, silent, units};
 
-/// Rows below which a recording says too little to be used.
+/// Fewest rows of a usable recording.
 pub const MIN_ROWS: usize = 200;
 
-/// Share of rows without one of the two columns of motion up to which those rows are given up; above, the column is.
+/// Largest share of rows that are dropped because one of the two columns of motion is empty; above it, the column is.
 const MOTION_ROWS: f64 = 0.01;
 
 /// Share of rows whose time is before that of the row above beyond which no order of parts is meant.
@@ -51,7 +51,7 @@ const COLUMNS: [(&str, Need); 12] = [
     ("simulated_force_n", Need::Anything),
 ];
 
-/// Names of the columns that mean something in a run.
+/// Names of the columns of a run.
 pub fn names() -> [&'static str; COLUMNS.len()] {
     COLUMNS.map(|(name, _)| name)
 }
@@ -260,8 +260,8 @@ impl Rows<'_> {
         self.places = self.places.keep(is_kept);
     }
 
-    /// Makes the columns of motion complete: gives up rows, or where that would be many and the other column is
-    /// there, the column.
+    /// Makes the columns of motion complete: drops rows or, where these would be many and the other column exists, the
+    /// column.
     fn complete_motion(&mut self, losses: &mut Losses) {
         let names = ["position_m", "velocity_m_s"];
         let empty = names.map(|name| self.column(name).map(|c| c.iter().filter(|value| value.is_nan()).count()));
@@ -291,7 +291,7 @@ impl Rows<'_> {
         }
     }
 
-    /// Drops rows whose time makes no sense and finds where parts start.
+    /// Drops rows with a senseless time and finds where parts start.
     fn split(&mut self, losses: &mut Losses) -> Vec<Part> {
         let time = self.column("time_s").unwrap_or_default();
         let (parts, is_kept) = parts::split(time, self.column("segment"), &self.places, losses);

@@ -7,10 +7,10 @@ use memchr::memchr;
 use super::Fault;
 use super::columns::{Need, Wanted};
 
-/// At most this many bytes of a cell are told.
+/// At most this many bytes of a cell are shown in a message.
 const TOLD_BYTES: usize = 40;
 
-/// A cell for a message: whatever bytes it holds, and not longer than a person reads.
+/// A cell as text for a message, whatever bytes it holds, shortened.
 pub(super) fn told(cell: &[u8]) -> String {
     if cell.len() <= TOLD_BYTES {
         return String::from_utf8_lossy(cell).into_owned();
@@ -63,7 +63,7 @@ pub(super) fn immeasurable(value: f64, cell: String) -> Fault {
     if value.is_finite() { Fault::TooLarge { cell } } else { Fault::NotFinite { cell } }
 }
 
-/// Whether a number is whole, and not so large that all are.
+/// Whether a number is whole and fits an `i64`.
 pub(super) fn is_whole(value: f64) -> bool {
     value as i64 as f64 == value
 }
@@ -141,7 +141,7 @@ pub(super) fn cells(line: &[u8], separator: u8) -> Vec<Cow<'_, [u8]>> {
     loop {
         let start = rest.iter().take_while(|byte| **byte == b' ').count();
         let cell = if rest.get(start) == Some(&b'"') { quoted(&mut rest, start + 1) } else { Cow::Borrowed(&b""[..]) };
-        // what stands between a closing quote and the separator belongs to the cell, as other readers have it
+        // text between a closing quote and the separator belongs to the cell, as in other readers
         let end = memchr(separator, rest).unwrap_or(rest.len());
         cells.push(match (cell.is_empty(), rest[..end].trim_ascii()) {
             (true, _) => Cow::Borrowed(&rest[..end]),

@@ -1,4 +1,4 @@
-//! Columns as they are asked for and as they come out of a file, whatever its kind.
+//! Columns as requested and as read from a file of any kind.
 
 use super::{Losses, Mapping, Place, Selection, Unusable};
 
@@ -38,7 +38,7 @@ impl Wanted {
         Wanted { told: name.clone(), name, place, scale: 1.0, offset: 0.0, need, whole: false }
     }
 
-    /// The value for a cell; nothing changes where nothing is mapped, not even the last bit.
+    /// The value for a cell; without a mapping it is unchanged to the last bit.
     #[inline]
     pub(super) fn value(&self, cell: f64) -> f64 {
         if self.scale == 1.0 && self.offset == 0.0 { cell } else { cell * self.scale + self.offset }

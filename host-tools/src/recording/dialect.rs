@@ -1,4 +1,5 @@
-//! How a text file is written: byte-order mark, separator, decimal mark, header row; and what is no text at all.
+//! Dialect of a text file: byte-order mark, separator, decimal mark, header row; and detection of files that are no
+//! text.
 
 use memchr::{memchr, memchr_iter};
 
@@ -6,7 +7,7 @@ use super::cell::{cells, decoded, number};
 use super::columns::Header;
 use super::{Cost, Fault, Losses, Place, Unusable};
 
-/// How the cells of a text file stand.
+/// Dialect of a text file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Dialect {
     /// Between cells.
@@ -16,7 +17,7 @@ pub(super) struct Dialect {
 }
 
 impl Dialect {
-    /// What has to be said about it; nothing when it is as the contract wants it.
+    /// The remark about it; `None` when it is as the contract wants it.
     pub(super) fn told(self) -> Option<Fault> {
         let mark = if self.comma { ',' } else { '.' };
         (self.separator != b',').then_some(Fault::Dialect { separator: char::from(self.separator), mark })
@@ -130,7 +131,7 @@ fn foreign(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
     if start.starts_with(b"\xff\xfe") || start.starts_with(b"\xfe\xff") {
         return Some(("UTF-16 text", "save it as UTF-8"));
     }
-    // the header row of a text holds no zero byte; further down they are a recorder that lost power
+    // the header row of a text holds no zero byte; further down zero bytes mean that the recorder lost power
     let header = memchr(b'\n', start).map_or(start, |end| &start[..end]);
     if memchr(0, header).is_some() {
         return Some((
@@ -156,7 +157,7 @@ fn separator(header: &[u8]) -> u8 {
     }
 }
 
-/// Whether commas stand in the cells of rows that commas do not separate.
+/// Whether the cells of rows with another separator contain commas.
 fn has_decimal_comma(rows: &[u8]) -> bool {
     rows.split(|byte| *byte == b'\n')
         .take(LOOKED_AT)

@@ -1,4 +1,4 @@
-//! What is wrong with rows, and what reading a file cost.
+//! Faults of rows, and losses from reading a file.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -339,7 +339,7 @@ impl Losses {
         self.note(place, column, fault, Cost::Row);
     }
 
-    /// Rows that are left out without a word of their own.
+    /// Counts rows that are left out without a message each.
     pub(super) fn count(&mut self, id: &'static str, rows: u64) {
         self.lost += rows;
         *self.rejected.entry(id).or_default() += rows;

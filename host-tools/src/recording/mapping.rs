@@ -1,4 +1,4 @@
-//! How the columns and rows of a foreign file are to be taken: `--column` and `--where`.
+//! Mappings of columns and selections of rows of a foreign file: `--column` and `--where`.
 
 use std::fmt;
 use std::str::FromStr;
@@ -14,11 +14,12 @@ pub struct Mapping {
     pub scale: f64,
     /// What is added after that, in the unit of `name`. Finite.
     pub offset: f64,
-    /// Whether a file without that column is refused. What only scales a column of its own name has nothing to do there.
+    /// Whether a file without that column is refused. A mapping that only scales a column of its own name is not
+    /// needed.
     pub is_needed: bool,
 }
 
-/// Why a mapping or a selection cannot be meant.
+/// Why a mapping or a selection is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MappingError {
     /// There is no `=`.
@@ -55,8 +56,8 @@ pub enum MappingError {
 
 impl Mapping {
     /// A mapping from the two halves of an entry `NAME = "COLUMN[:SCALE[:OFFSET]]"`, as a simulation file has them. A
-    /// simulation goes with many recordings: where it scales a column by its own name, as a calibrated preload, one without
-    /// that column is not refused.
+    /// simulation goes with many recordings: where it scales a column by its own name, as a calibrated preload, one
+    /// without that column is not refused.
     ///
     /// # Errors
     /// [`MappingError`] when one of the names is empty or a number is none.

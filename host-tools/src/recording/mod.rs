@@ -7,8 +7,8 @@
 //!                                 -> all columns: whole -> write: CSV, Parquet
 //! ```
 //!
-//! All readers follow one rule: what cannot be used is named with line and column, left out and counted;
-//! what is left is used. Only a file of which nothing can be used is an error ([`Unusable`]).
+//! All readers follow one rule: what cannot be used is reported with line and column, left out and counted;
+//! the rest is used. Only a file of which nothing can be used is an error ([`Unusable`]).
 
 pub mod axis;
 mod cell;
@@ -43,10 +43,10 @@ pub use write::{Cells, Column, Kind, write, write_csv};
 /// Called now and then while a file is read, from any thread, with the bytes that are done and all bytes.
 pub type Progress<'a> = &'a (dyn Fn(u64, u64) + Sync);
 
-/// A [`Progress`] that says nothing.
+/// A [`Progress`] that does nothing.
 pub fn silent(_done: u64, _of: u64) {}
 
-/// Below this a second thread costs more than it saves, bytes.
+/// Size below which a second thread costs more than it saves, bytes.
 const PIECE: usize = 1 << 20;
 
 /// Reads a run of an axis. The path `-` is standard input.
@@ -67,8 +67,8 @@ pub fn open(
     axis::from_bytes(&file, bytes, mappings, selections, progress)
 }
 
-/// A run of either list whose rows are those of one of the other list, or a stretch of them, whatever the files are
-/// called and of whatever kind they are.
+/// Two runs, one of each list, where the rows of one are those of the other or a stretch of them, whatever the files
+/// are called and of whatever kind they are.
 pub fn twins<'a>(seen: &'a [Run], kept: &'a [Run]) -> Option<(&'a Run, &'a Run)> {
     let mut pairs = seen.iter().flat_map(|run| kept.iter().map(move |other| (run, other)));
     pairs.find(|(run, other)| are_twins(run, other))
@@ -119,7 +119,7 @@ fn whole(path: &Path) -> std::io::Result<Vec<u8>> {
             };
             let running: Vec<_> =
                 bytes.chunks_mut(share).enumerate().map(|piece| scope.spawn(move || read(piece))).collect();
-            // a file that shrinks meanwhile, or a thread that cannot read, is tried once more as a whole
+            // if the file shrinks meanwhile, or a thread cannot read, the whole file is read again
             running.into_iter().all(|thread| matches!(thread.join(), Ok(Ok(()))))
         });
         if read {
@@ -131,7 +131,7 @@ fn whole(path: &Path) -> std::io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The columns that `choose` asks for, out of a file of either kind.
+/// The columns that `choose` asks for, from a file of either kind.
 fn numbers(
     file: &str,
     bytes: Vec<u8>,
@@ -146,7 +146,7 @@ fn numbers(
         return Ok((wanted, numbers));
     }
     let read = text::read(file, &bytes, choose, selections, progress);
-    // giving many pages back takes as long as a tenth of the reading; nobody has to wait for it
+    // freeing the bytes takes a tenth of the reading time; nobody has to wait for it
     std::thread::spawn(move || drop(bytes));
     read
 }

@@ -1,8 +1,7 @@
-//! Columns of numbers out of a Parquet file, row group by row group and column by column on several threads, and into
-//! one.
+//! Columns of numbers from a Parquet file, by row groups and columns on several threads, and the writer of such files.
 //!
 //! A null is "not measured". Numbers of any physical type are read as `f64`; nested columns and decimals are not.
-//! What is wrong with a value is told with the number of its row, the first is 1.
+//! A fault of a value is reported with the number of its row, counted from 1.
 
 mod writer;
 
@@ -30,7 +29,7 @@ pub(super) const MAGIC: &[u8] = b"PAR1";
 /// Rows that are decoded at once: they stay in the cache.
 const BATCH: usize = 1 << 14;
 
-/// Stands for a null until it has been told from a value that is no number.
+/// NaN that stands for a null until nulls have been told from values that are NaN.
 const NULL: u64 = 0x7ff8_0000_6e75_6c6c;
 
 fn is_null(value: f64) -> bool {
@@ -76,7 +75,7 @@ impl Table {
         &schema.columns()[place]
     }
 
-    /// What a column holds, where that is no plain number.
+    /// What a column holds, if not plain numbers.
     pub(super) fn not_numbers(&self, place: usize) -> Option<String> {
         let column = self.column(place);
         match column.physical_type() {
@@ -218,14 +217,14 @@ impl Table {
     }
 }
 
-/// Calls the library, which panics on some damaged files, and makes an error of that.
+/// Calls the library and turns its panics, which some damaged files cause, into errors.
 fn guarded<T>(call: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, ParquetError> {
     catch_unwind(AssertUnwindSafe(call))
         .unwrap_or_else(|_| Err(ParquetError::General("the data cannot be decoded".to_owned())))
 }
 
-/// That every column lies within the file and has as many values as its row group has rows. The library relies on it,
-/// and so does the memory that is set aside.
+/// Checks that every column lies within the file and has as many values as its row group has rows. The library and the
+/// allocation of memory rely on it.
 fn check_places(reader: &SerializedFileReader<Bytes>, length: u64) -> Result<(), ParquetError> {
     let wrong = |what: &str| Err(ParquetError::General(format!("the description of its columns is damaged: {what}")));
     let mut all_rows = 0usize;
@@ -268,7 +267,7 @@ fn keep(columns: &mut [Vec<f64>], places: &mut Places, is_kept: &[bool]) {
     *places = places.keep(is_kept);
 }
 
-/// Tells what is wrong with values, makes nulls NaN and says which rows can be used; nothing when all can.
+/// Reports faults of values, makes nulls NaN and returns which rows can be used; empty when all can.
 fn judge(wanted: &[Wanted], columns: &mut [Vec<f64>], places: &Places, losses: &mut Losses) -> Vec<bool> {
     let is_odd = |wanted: &Wanted, value: f64| !is_measurable(value) || (wanted.whole && value.fract() != 0.0);
     let odd: Vec<_> =

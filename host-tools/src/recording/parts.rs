@@ -1,4 +1,4 @@
-//! Where the parts of a run start, by its clock and its segments; a row whose time makes no sense is of no part.
+//! Parts of a run, found by its clock and its segments; a row with a senseless time belongs to no part.
 
 use simulation::run::{Break, Part};
 
@@ -8,8 +8,8 @@ use super::{Cost, Fault, Losses};
 /// Steps longer than this many median steps are gaps.
 const GAP_STEPS: f64 = 1.5;
 
-/// Parts of the rows whose time, s, makes sense, and for every row whether it is one of those; nothing where all are.
-/// Losses count and name the others, gaps and jumps.
+/// Parts of the rows with a sensible time, s, and for every row whether it is one of those; empty where all are. Losses
+/// count and name the other rows, gaps and jumps.
 ///
 /// `segment`: one number a row, NaN where there is none. No part without a row.
 pub(super) fn split(
@@ -26,7 +26,7 @@ pub(super) fn split(
     let mut row = 1;
     while row < time.len() {
         if segment.is_none() && is_kept.is_empty() && steps.are_even {
-            // nothing to be found in what is left
+            // the rest has no gap or jump
             kept += time.len() - row;
             break;
         }

@@ -1,9 +1,9 @@
-//! Columns of numbers out of a text file, by several threads.
+//! Columns of numbers from a text file, by several threads.
 //!
 //! The file is cut at line ends into pieces, one a thread. A row of plain numbers is read in one go, cell after cell;
 //! any row that is not that (quotes, an empty cell where one is needed, something that is no number, too few cells)
-//! is looked at again by the slow path, which knows what to say. Both give the same numbers: those of the nearest
-//! `f64`. What comes out does not depend on the number of pieces.
+//! is read again by the slow path, which reports its faults. Both give the same numbers: those of the nearest `f64`.
+//! The result does not depend on the number of pieces.
 
 use std::ops::Range;
 use std::panic::resume_unwind;
@@ -54,7 +54,7 @@ pub(super) fn read_in(
     let tell = |more: usize| progress(done.fetch_add(more as u64, Ordering::Relaxed) + more as u64, of);
     let pieces = cut(body, pieces(body.len()).max(1));
     let lines = at_once(pieces.clone(), &|piece| lines(&body[piece]));
-    // zeroed memory is set aside only where a thread writes to it
+    // zeroed memory is committed only where a thread writes to it
     let mut columns: Vec<Vec<f64>> = wanted.iter().map(|_| vec![0.0; lines.iter().sum()]).collect();
     let tasks = pieces.into_iter().zip(shares(&mut columns, &lines)).collect();
     let read = at_once(tasks, &|(piece, mut into)| plan.piece(body, piece, &mut into, &tell));
@@ -95,7 +95,7 @@ fn lines(text: &[u8]) -> usize {
     memchr_iter(b'\n', text).count() + usize::from(text.last().is_some_and(|byte| *byte != b'\n'))
 }
 
-/// Of every column the rows that each piece may fill: as many as it has lines.
+/// For each piece, the rows of every column that it may fill: as many as it has lines.
 fn shares<'a>(columns: &'a mut [Vec<f64>], lines: &[usize]) -> Vec<Vec<&'a mut [f64]>> {
     let mut shares: Vec<Vec<_>> = lines.iter().map(|_| Vec::new()).collect();
     for column in columns {
@@ -109,7 +109,7 @@ fn shares<'a>(columns: &'a mut [Vec<f64>], lines: &[usize]) -> Vec<Vec<&'a mut [
     shares
 }
 
-/// What one thread has read beside the numbers. Lines are counted from 0 at the start of its piece.
+/// Results of one thread beside the numbers. Lines are counted from 0 at the start of its piece.
 struct Piece {
     places: Places,
     lines: u64,
@@ -149,7 +149,7 @@ fn join(pieces: Vec<Piece>, mut columns: Vec<Vec<f64>>, lines: &[usize], line: u
     numbers
 }
 
-/// What a row is to the fast path.
+/// Result of the fast path for a row.
 enum Row {
     /// Numbers, and how many bytes of the file.
     Plain(usize),

@@ -1,8 +1,8 @@
-//! Whether the numbers of a run can be in the units that its columns are named after.
+//! Check whether the numbers of a run can be in the units that its columns are named after.
 //!
-//! The limits lie far beyond any axis on ball guides, so that none is refused; what stays within them although it is off
-//! (a force in kN, a clock in ms beside a position alone) is for whoever knows what to expect. Ninety of a hundred rows
-//! have to be beyond a limit or at it: a spike is no unit.
+//! The limits lie far beyond any axis on ball guides, so that none is refused; a wrong unit that stays within them (a
+//! force in kN, a clock in ms beside a position alone) cannot be found here. Ninety of a hundred rows have to be at or
+//! beyond a limit: a spike is no unit.
 
 use simulation::run::Run;
 
@@ -15,7 +15,7 @@ const TRAVEL_M: f64 = 500.0;
 /// Largest forces, N: drive, preload and load. Static load ratings of the largest blocks are near 1 MN.
 const FORCE_N: f64 = 1e6;
 
-/// Error that the zero of a load cell may have, N: so far below 0 a block without preload may read.
+/// Largest error of a load cell's zero, N: a block without preload may read this far below 0.
 const LOAD_ZERO_N: f64 = 10.0;
 
 /// Largest acceleration, m/s². Ball guides take up to 500.
@@ -27,11 +27,11 @@ const STEP_S: f64 = 1e-6;
 /// Temperatures of a machine with balls in plastic returns and grease, °C. 200 K is -73 °C.
 const TEMPERATURE_DEGC: [f64; 2] = [-80.0, 200.0];
 
-/// Ratio of travel to summed velocity from which, or below the inverse of which, one is in another unit. Half as much
-/// again is a poor calibration; ten times is none.
+/// Ratio of travel to integrated velocity from which, or below the inverse of which, one is in another unit. A factor
+/// of 1.5 is a poor calibration; a factor of ten is none.
 const TRAVEL_RATIO: f64 = 10.0;
 
-/// Correlation from which travel and summed velocity are the same motion.
+/// Correlation from which travel and integrated velocity are the same motion.
 const SAME_MOTION: f64 = 0.95;
 
 /// Of windows of many rows one in fifty has to be too fast, of at least so many: a wrap of the position is no speed.
@@ -49,7 +49,7 @@ const LOOKED_AT: usize = 20_000;
 const WINDOWS: usize = 2_000;
 const WINDOW_ROWS: [usize; 2] = [10, 200];
 
-/// What cannot be.
+/// A wrong unit.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Wrong {
     /// The column whose unit is in doubt.
@@ -77,7 +77,7 @@ pub(super) enum Sign {
     Opposite,
 }
 
-/// Looks at every column.
+/// Checks every column.
 pub(super) fn check(run: &Run) -> Result<Sign, Wrong> {
     let wrong = |column, why: String, fixes| Err(Wrong { column, why, fixes });
     let step_s = median_step(run);
@@ -255,7 +255,7 @@ fn median_step(run: &Run) -> f64 {
     if steps.is_empty() { f64::INFINITY } else { quantile(&steps, |step| step, 0.5) }
 }
 
-/// What nine of ten measured rows do not exceed.
+/// Value that nine of ten measured rows do not exceed.
 fn usual(column: &[f64], of: impl Fn(f64) -> f64) -> f64 {
     quantile(column, of, 0.9)
 }

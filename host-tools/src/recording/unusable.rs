@@ -177,8 +177,8 @@ impl Unusable {
         matches!(self, Unusable::UnknownName { .. } | Unusable::MappedTwice { .. })
     }
 
-    /// Whether the file could be read as such, and only what it holds is of no use: too few rows, a force that never
-    /// changes, units that cannot be meant.
+    /// Whether the file could be read and only its content is useless: too few rows, a force that never changes,
+    /// impossible units.
     pub fn was_read(&self) -> bool {
         matches!(
             self,

@@ -1,4 +1,4 @@
-//! All columns of a file, whatever they are called and hold, for [`write()`](super::write()) to write again.
+//! All columns of a file, whatever their names and content, to be written again by [`write()`](super::write()).
 
 use std::path::Path;
 

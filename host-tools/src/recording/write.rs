@@ -1,4 +1,4 @@
-//! Named columns into a CSV or Parquet file.
+//! Writer of named columns as a CSV or Parquet file.
 
 use std::io::{self, BufWriter, Write, stdout};
 use std::path::Path;
@@ -94,7 +94,7 @@ pub fn write(path: &Path, columns: &[Column]) -> io::Result<()> {
     })
 }
 
-/// Rows that one thread makes text of at a time.
+/// Rows that one thread formats at a time.
 const BLOCK: usize = 1 << 12;
 
 /// Writes columns as CSV.
@@ -153,7 +153,7 @@ fn number(text: &mut Vec<u8>, number: f64) -> io::Result<()> {
 }
 
 fn quoted(text: &mut Vec<u8>, cell: &str) {
-    // a row that starts with the sign of a comment would be skipped
+    // a row that starts with a comment sign would be skipped by readers
     if !cell.contains([',', '"', '\n', '\r']) && !cell.starts_with(['#', ' ']) && !cell.ends_with(' ') {
         return text.extend_from_slice(cell.as_bytes());
     }

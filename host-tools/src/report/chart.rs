@@ -11,9 +11,9 @@ const WIDTH: f64 = 1000.0;
 pub(super) const LEFT: f64 = 92.0;
 pub(super) const RIGHT: f64 = 960.0;
 const TOP: f64 = 64.0;
-/// What a letter of 12 px takes at most on average; there are no font metrics here.
+/// Largest mean width of a letter of 12 px, px; there are no font metrics here.
 const LETTER: f64 = 6.9;
-/// Points of a line that are drawn at most; more are thinned to the extremes of each column of pixels.
+/// Largest number of drawn points of a line; more are thinned to the extremes of each column of pixels.
 const MOST_POINTS: usize = 4000;
 
 const STYLE: &str = "\
@@ -422,8 +422,8 @@ impl Frame {
     }
 }
 
-/// The least and the largest value of every stretch of rows: what a column of pixels can show. A stretch without any is a
-/// gap; a gap within a stretch is narrower than a pixel.
+/// The least and the largest value of every stretch of rows: what a column of pixels can show. A stretch without any is
+/// a gap; a gap within a stretch is narrower than a pixel.
 fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     if points.len() <= MOST_POINTS {
         return points.to_vec();

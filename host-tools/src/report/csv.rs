@@ -7,7 +7,7 @@ use model_core::sample::{Reason, Reasons};
 use crate::candump::Micros;
 use crate::decode::Decoded;
 
-/// What `quality` says when the preload may be trusted.
+/// Content of `quality` when the preload may be trusted.
 pub const TRUSTED: &str = "trusted";
 
 /// The name of an estimate's quality.
@@ -59,8 +59,8 @@ pub fn header() -> String {
 
 /// Appends a message as one row, the line's end included.
 ///
-/// Written cell by cell: names and numbers need no quotes, and a serialiser that looks for them takes four times as
-/// long, which a log of millions of frames shows.
+/// Written cell by cell: names and numbers need no quotes, and a serialiser that checks for them takes four times as
+/// long, which matters in a log of millions of frames.
 pub fn row(out: &mut Vec<u8>, decoded: &Decoded) {
     let mut row = Row { out, cells: 0 };
     row.time(decoded.time);
@@ -173,7 +173,7 @@ impl Row<'_> {
         self.cell(b"");
         if let Some(Micros(micros)) = time {
             self.out.extend_from_slice(itoa::Buffer::new().format(micros / 1_000_000).as_bytes());
-            // a million more keeps the leading zeros; its own digit becomes the point
+            // adding a million keeps the leading zeros; its digit 1 is replaced by the point
             let at = self.out.len();
             self.out.extend_from_slice(itoa::Buffer::new().format(1_000_000 + micros % 1_000_000).as_bytes());
             self.out[at] = b'.';

@@ -1,4 +1,4 @@
-//! Messages as JSON lines: SI numbers with the unit in the key, `null` for what the block did not know.
+//! Messages as JSON lines: SI numbers with the unit in the key, `null` for numbers that the block did not know.
 
 use can_wire::Message;
 use model_core::consistency::Axis;

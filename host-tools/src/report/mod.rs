@@ -1,4 +1,4 @@
-//! What comes out: text for terminals, CSV and JSON for programs, a picture and a page for people.
+//! Output: text for terminals, CSV and JSON for programs, a picture and a page for people.
 
 pub mod chart;
 pub mod csv;
@@ -75,7 +75,7 @@ impl<W: Write> Emitter<W> {
         }
     }
 
-    /// Lets a reader at the other end of a pipe see everything so far.
+    /// Flushes, so that a reader at the other end of a pipe sees everything so far.
     ///
     /// # Errors
     /// Those of the writer.

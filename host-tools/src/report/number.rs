@@ -1,6 +1,6 @@
 //! Numbers as a person reads them.
 
-/// A number with so many significant digits: a plain decimal where that is short, with an exponent elsewhere.
+/// A number with `digits` significant digits: a plain decimal where that is short, otherwise with an exponent.
 pub fn significant(x: f64, digits: u8) -> String {
     let (size, behind) = (x.abs(), usize::from(digits.max(1)) - 1);
     if size == 0.0 || !size.is_finite() {
@@ -14,7 +14,7 @@ pub fn significant(x: f64, digits: u8) -> String {
     format!("{x:.places$}")
 }
 
-/// The same without zeros behind the last digit that says something.
+/// The same without trailing zeros.
 pub fn short(x: f64, digits: u8) -> String {
     let text = significant(x, digits);
     let (number, exponent) = text.split_once('e').map_or((text.as_str(), None), |(n, e)| (n, Some(e)));

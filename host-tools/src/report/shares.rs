@@ -1,4 +1,4 @@
-//! Who has which share of a whole: a bar for each, with its name and number.
+//! Bar chart of the shares of a whole: a bar for each, with its name and number.
 
 use std::fmt::Write;
 

@@ -19,7 +19,7 @@ const HAIR: f64 = 0.02;
 const TITLE_RISE: f64 = 9.0;
 /// Between the lower edge of a panel and the upper one of the next.
 const GUTTER: f64 = 40.0;
-/// What a letter of 12 px takes at most on average; there are no font metrics here.
+/// Largest mean width of a letter of 12 px, px; there are no font metrics here.
 const LETTER: f64 = 6.9;
 /// Height of a row of the strip.
 const ROW: f64 = 17.0;
@@ -79,7 +79,7 @@ impl Axis {
     fn over(values: impl Iterator<Item = f64>) -> Self {
         let (from, to) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
         let (from, to) = if from <= to { (from, to) } else { (0.0, 1.0) };
-        // one value alone stands in the middle, a hundredth of it to either side
+        // a single value stands in the middle, with a hundredth of it, or 1, to either side
         let (from, to) =
             if to > from { (from, to) } else { (from - (0.01 * from.abs()).max(1.0), to + (0.01 * to.abs()).max(1.0)) };
         Axis { from, to, step: nice_step((to - from) / 12.0) }
@@ -164,7 +164,7 @@ impl Drawing {
                 ROW - 2.0
             ));
             for run in runs(points, |p| (p.reason == Some(*reason)).then_some(())) {
-                // a reading speaks for the time since the one before
+                // a reading stands for the time since the one before
                 let (Some(first), Some(last)) = (run.first(), run.last()) else { continue };
                 let (x0, x1) = (self.x((first.0 - period).max(self.time.from)), self.x(last.0));
                 self.push(format_args!(
@@ -336,7 +336,7 @@ fn plain(mark: f64, step: f64) -> String {
     format!("{:.decimals$}", mark + 0.0)
 }
 
-/// The colour of a reason: of its own for what every axis does, of its kind for what is wrong.
+/// The colour class of a reason: its own for ordinary states of an axis, that of its kind for faults.
 fn class_of(reason: Reason) -> &'static str {
     match reason {
         Reason::NoMotion => "standing",

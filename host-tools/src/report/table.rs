@@ -17,10 +17,10 @@ pub const HEADER: &str =
 /// Letters of [`HEADER`] before its last column.
 pub const WIDTH_WITHOUT_REASON: usize = 83;
 
-/// What stands where there is no number.
+/// Text in place of a missing number.
 const NOTHING: &str = "--";
 
-/// Turns messages into lines. Heartbeats and faults come up when what they say changes.
+/// Turns messages into lines. Heartbeats and faults give a line when their content changes.
 #[derive(Debug, Default)]
 pub struct Table {
     joiner: Joiner,
@@ -113,7 +113,7 @@ pub fn reading(reading: &Reading) -> String {
 
 fn seconds(time: Option<Micros>) -> String {
     match time {
-        // rounded in whole numbers: the digits of an epoch are too many for a float's formatting to be plain
+        // rounded in integers: an epoch time has too many digits to format a float plainly
         Some(Micros(micros)) => {
             let millis = (micros + 500) / 1000;
             format!("{}.{:03}", millis / 1000, millis % 1000)

@@ -15,7 +15,7 @@ pub struct ChannelNoise {
 
 impl ChannelNoise {
     /// A strain-gauge bridge behind its amplifier and a plain divider, as 12-bit converters of
-    /// microcontrollers see them. Below about half a code the mean of many samples would stop to improve.
+    /// microcontrollers see them. With noise below about half a code, averaging would no longer help.
     pub const BENCH: ChannelNoise = ChannelNoise { force_codes: 1.5, temperature_codes: 0.8 };
 }
 
@@ -39,7 +39,7 @@ impl FrontEnd {
         clip(code + self.noise.force_codes * self.source.gaussian())
     }
 
-    /// Code of a temperature, °C. Nothing measured is an open thermistor: the upper rail.
+    /// Code of a temperature, °C; `None` (not measured) reads as an open thermistor: the upper rail.
     pub fn temperature_code(&mut self, degc: Option<f64>) -> u16 {
         match degc {
             Some(degc) => {

@@ -24,7 +24,7 @@ pub struct Track {
 }
 
 impl Track {
-    /// Takes rows of a run, all of one part. Where the recording has no position, velocity is summed up.
+    /// Takes rows of a run, all of one part. Where the recording has no position, velocity is integrated.
     ///
     /// `None` when there are no rows.
     pub fn new(run: &Run, rows: Range<usize>) -> Option<Self> {
@@ -57,7 +57,7 @@ impl Track {
 
     /// The world at a time; before the first and after the last row it stands still.
     ///
-    /// A quantity that one of the two rows around has not measured is not known between them.
+    /// A quantity that was not measured in one of the two neighbouring rows is unknown between them.
     pub fn at(&self, time_s: f64) -> World {
         let next = self.rows.partition_point(|(time, _)| *time <= time_s);
         let (Some((from_s, from)), Some((to_s, to))) = (self.rows.get(next.wrapping_sub(1)), self.rows.get(next))

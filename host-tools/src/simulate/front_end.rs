@@ -5,11 +5,11 @@ use simulation::sensor::Sensors;
 
 use crate::rig::front_end::ChannelNoise;
 
-/// Temperature at which the thermistor's noise in codes is turned into kelvin, °C.
+/// Temperature at which the thermistor's noise is converted from codes to kelvin, °C.
 const AT_DEGC: f32 = 25.0;
 
-/// Bridge, thermistor and encoder of the bench's block: noise and steps of its 12-bit converters, their rails, the edges
-/// of its encoder. It has no filter in front of its converters and no sensor of speed.
+/// Bridge, thermistor and encoder of the bench's block: noise and steps of its 12-bit converters, their rails, the
+/// edges of its encoder. It has no filter in front of its converters and no sensor of speed.
 pub fn block_sensors() -> Sensors {
     let Calibration { force, thermistor, metres_per_count } = Calibration::BENCH;
     let per_code = f64::from(force.newtons_per_code.abs());

@@ -1,4 +1,4 @@
-//! What a simulation says of a recording, sample by sample.
+//! Simulated force of a recording, sample by sample.
 //!
 //! ```text
 //! recording -> run -> motion -> law, mechanisms, curves -> force of every row -> rows that were left out put back, empty
@@ -24,14 +24,14 @@ use simulation::run::Run;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Simulated {
     /// Force of the drive on the carriage, N, positive towards +position; NaN where the law has no value. At rest it is
-    /// what the law has beside friction: inertia and offset.
+    /// the law's force without friction: inertia and offset.
     pub force_n: Vec<f64>,
     /// Sign of the velocity; 0 at rest, where friction is not determined.
     pub direction: Vec<f64>,
 }
 
 impl Simulated {
-    /// Asks the law and what the simulation has beside it. This is the only place that does.
+    /// Evaluates the law with mechanisms and curves. This is the only place that does.
     ///
     /// # Errors
     /// [`Missing`]: something that the law needs is neither in the run nor in the simulation.
@@ -40,7 +40,7 @@ impl Simulated {
     }
 }
 
-/// What of the simulation's curves the run does not show, each as a line for people: its force is left out.
+/// Curves of the simulation whose axis the run does not have, a line each for people: their force is left out.
 ///
 /// # Errors
 /// [`Missing`] as [`Simulated::of`].
@@ -57,8 +57,8 @@ pub fn not_shown(simulation: &Simulation, run: &Run, motion: &Motion) -> Result<
     Ok(hidden.map(line).collect())
 }
 
-/// Puts the forces of those rows that were used among all rows of a file, whose times are `all_s`; rows that were left
-/// out have none.
+/// Spreads the forces of the used rows over all rows of a file, whose times are `all_s`; rows that were left out get
+/// NaN.
 ///
 /// The used rows stand in the file in the same order, so each one is the next row with its time.
 pub fn among_all(all_s: &[f64], used_s: &[f64], force_n: &[f64]) -> Vec<f64> {

@@ -5,7 +5,7 @@ use simulation::motion::Motion;
 use crate::report::chart::Chart;
 use crate::report::page::Page;
 
-/// Points of a cloud that are drawn at most.
+/// Largest number of drawn points of a cloud.
 const MOST_POINTS: usize = 3000;
 
 /// A force over the rows of a run; NaN where there is none.
@@ -31,7 +31,7 @@ pub fn page(
     let stride = time_s.len().div_ceil(MOST_POINTS).max(1);
     for (n, (name, force)) in forces.iter().enumerate() {
         let line = time_s.iter().copied().zip(force.iter().copied()).collect();
-        // told apart without colour too
+        // can be told apart without colour, too
         over_time = if n == 0 { over_time.line(name, line) } else { over_time.dashed(name, line) };
         let points = motion.velocity_m_s.iter().zip(*force).step_by(stride).filter(|(_, f)| f.is_finite());
         over_speed = over_speed.points(name, points.map(|(v, f)| (*v, *f, 0.0)).collect());

@@ -1,7 +1,7 @@
-//! The confusion matrix as a picture: what was hidden, row by row, against what was named, column by column.
+//! The confusion matrix as a picture: hidden effects as rows, named ones as columns.
 //!
-//! On the diagonal, in blue, stand true names; beside it, in orange, false ones; in grey what is neither: a match, an unknown.
-//! Numbers stand in the cells, so that no meaning rests on colour alone.
+//! On the diagonal, in blue, stand true names; beside it, in orange, false ones; in grey what is neither: a match, an
+//! unknown. Numbers stand in the cells, so that no meaning rests on colour alone.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -21,7 +21,7 @@ const STYLE: &str = "\
 @media screen and (prefers-color-scheme:dark){.m text{fill:#e6edf3}.m .paper{fill:#0d1117}.m .grid{stroke:#30363d}\
 .m .good{fill:#0072b2}.m .bad{fill:#a35200}.m .other{fill:#57606a}}";
 
-/// How a cell is meant.
+/// Count and kind of a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Cell {
     count: usize,
@@ -63,7 +63,7 @@ impl Matrix {
         matrix
     }
 
-    /// Records with this hidden that were answered so.
+    /// Number of records with this hidden effect and this answer.
     pub fn count(&self, hidden: &str, named: &str) -> usize {
         self.cells.get(&(hidden.to_owned(), named.to_owned())).map_or(0, |cell| cell.count)
     }

@@ -59,7 +59,7 @@ fn at(path: &Path) -> impl Fn(io::Error) -> TrialError + '_ {
     |source| TrialError::File { path: path.to_owned(), source }
 }
 
-/// Says what was expected where a file or folder is not there; any other error stays as it is.
+/// Adds what was expected to the error of a missing file or folder; any other error stays as it is.
 fn expected(expected: &'static str) -> impl Fn(TrialError) -> TrialError {
     move |error| match error {
         TrialError::File { path, source } if source.kind() == io::ErrorKind::NotFound => {

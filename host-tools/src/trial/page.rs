@@ -27,15 +27,15 @@ impl Exam {
     pub fn name(&self) -> String {
         let short = |word: &String| word.rsplit('/').next().unwrap_or(word).to_owned();
         let words: Vec<String> = self.run.program.iter().map(short).collect();
-        // an interpreter and its script say less than the script's first word
+        // an interpreter and its script tell less than the script's first argument
         let is_script = |word: &String| word.starts_with("python") || word.ends_with(".py");
         let skip = words.iter().take(words.len().saturating_sub(1)).take_while(|word| is_script(word)).count();
         words[skip..].join(" ")
     }
 }
 
-/// The page; the first exam is the candidate's, the others are rivals. `pictures` belong to the candidate's answers that
-/// were not right, by record.
+/// The page; the first exam is the candidate's, the others are rivals. `pictures` belong to the candidate's answers
+/// that were not right, by record.
 pub fn page(envelope: &Envelope, exams: &[Exam], pictures: &BTreeMap<String, Vec<String>>) -> String {
     let mut page = Page::new("Concealed trial");
     let Some(candidate) = exams.first() else { return page.finish() };

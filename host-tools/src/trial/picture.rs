@@ -1,11 +1,11 @@
-//! The picture of one answer: what was left before and after the diagnosis, over time and over the axis that matters.
+//! The picture of one answer: residual before and after the diagnosis, over time and over the axis that matters.
 //!
 //! ```text
 //! before   recorded - law with its constants moved as the diagnosis moved them (as given where it wrote none)
 //! after    recorded - law with what the diagnosis added
 //! hidden   true noise-free force - law: what an analyser would have had to find
 //! ```
-//! Means over cells, so that the noise does not cover them.
+//! Means over cells, so that the noise does not hide them.
 
 use std::fs;
 use std::path::Path;
@@ -46,7 +46,8 @@ struct Axis {
     is_signed: bool,
 }
 
-/// The pictures of one record; none where nothing can be drawn, as for a spoiled file. `results` is the folder of the run.
+/// The pictures of one record; none where nothing can be drawn, as for a spoiled file. `results` is the folder of the
+/// run.
 pub fn pictures(folder: &Path, results: &Path, id: &str, truth: &Truth, main_axis: Option<&str>) -> Vec<String> {
     let Some(rest) = rest(folder, results, id, truth, main_axis) else { return Vec::new() };
     let step_s = {
@@ -106,7 +107,7 @@ fn rest(folder: &Path, results: &Path, id: &str, truth: &Truth, main_axis: Optio
         Some(augmented) => Simulation { mechanisms: Vec::new(), curves: Vec::new(), ..augmented.clone() },
         None => simulation(&record.join("simulation.toml"))?,
     };
-    // a gain on a column stands in the file as a mapping
+    // the file holds a gain of a column as a mapping
     let mappings: Vec<Mapping> =
         given.columns.iter().map(|(name, text)| Mapping::new(name, text).ok()).collect::<Option<_>>()?;
     let runs: Vec<(Run, Motion)> = truth

@@ -1,7 +1,7 @@
-//! Real recordings beside the trial: what their authors found, against what is said of them.
+//! Real recordings beside the trial: findings of their authors against those of the diagnosis.
 //!
-//! The data are not part of the project and their licences differ, so a folder is named; they are read as they are,
-//! through column mappings. What is right is taken from the publications, and no more is asked than they state.
+//! The data are not part of the project and their licences differ, so the user names a folder; they are read as they
+//! are, through column mappings. The right answers are those of the publications; no more is required than they state.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -42,7 +42,7 @@ pub struct Case {
     pub published_pct: Option<f64>,
 }
 
-/// What is not known of a screw drive: friction and offset are fitted.
+/// Simulation file of a screw drive whose friction and offset are unknown and fitted.
 const FITTED: &str = "schema = \"guideblock.simulation/1\"\n\n[guide]\nlaw = \"coulomb-viscous\"\n\n[axis]\nmoved_mass_kg = 0.0\n\
                       position_reference = \"relative\"\n\n[tolerance]\nfriction = 0.03\nrelevance = 0.001\n";
 
@@ -127,7 +127,7 @@ pub const CASES: [Case; 4] = [
     },
 ];
 
-/// What was said of one recording.
+/// Diagnosis of one recording.
 #[derive(Clone, Debug, Serialize)]
 pub struct Answer {
     /// Its name.

@@ -1,8 +1,8 @@
-//! The run: one process a record, in a folder of its own, where the answers cannot be read.
+//! The run: one process per record, each in its own folder, where the answers cannot be read.
 //!
 //! The process lives in a mount namespace in which an empty file system covers the answers and the other records
-//! (`unshare`, no privileges needed); before the first record a probe tries to read an answer from inside and the run is
-//! refused where it succeeds. Every outcome counts: a crash and a time-out are wrong answers.
+//! (`unshare`, no privileges needed); before the first record a probe tries to read an answer from inside and the run
+//! is refused where it succeeds. Every outcome counts: a crash and a time-out are wrong answers.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -146,7 +146,7 @@ pub fn run(folder: &Path, plan: &Plan, progress: &(dyn Fn(usize) + Sync)) -> Res
     let isolation = isolation(folder, plan.allows_open_answers)?;
     let mut hashes = BTreeMap::new();
     for file in program.iter().filter(|word| Path::new(word).is_file()) {
-        // where a file lies on this machine is nobody's business
+        // the folders of this machine are not published
         let name = file.rsplit('/').next().unwrap_or(file).to_owned();
         hashes.insert(name, commitment::hash_file(Path::new(file))?);
     }
@@ -216,8 +216,8 @@ pub fn find(program: &str) -> Result<String, TrialError> {
     }
 }
 
-/// The absolute name of a file; `None` where it is none. Not canonical: an interpreter of a virtual environment is known
-/// by the name of its link.
+/// The absolute name of a file; `None` where it is none. Not canonical: an interpreter of a virtual environment is
+/// known by the name of its link.
 fn absolute(file: &Path) -> Result<Option<String>, TrialError> {
     if !file.is_file() {
         return Ok(None);
@@ -281,7 +281,7 @@ fn isolation(folder: &Path, allows_open: bool) -> Result<Isolation, TrialError> 
         probe.status().is_ok_and(|status| status.success())
     };
     let (secret, public) = (folder.join("answers/trial.json"), folder.join("root.txt"));
-    // inside, the public file must be readable: else nothing was proven
+    // inside, the public file must be readable: otherwise nothing is proven
     if read_from(Isolation::Namespace, &public) && !read_from(Isolation::Namespace, &secret) {
         return Ok(Isolation::Namespace);
     }

@@ -39,7 +39,7 @@ fn is_limit(field: Field) -> bool {
     matches!(field, Field::AlarmBelow | Field::WarnBelow | Field::WarnAbove | Field::AlarmAbove)
 }
 
-/// Commands are written with their signature.
+/// Value that is written to give a command.
 fn signature(field: Field) -> Option<u32> {
     match field {
         Field::Save => Some(objects::SAVE),

@@ -166,7 +166,7 @@ fn row(
     let oil = match cell(columns.viscosity, "viscosity_cst", None)? {
         Some(nu) => Oil::Viscosity(nu),
         None => match cell(columns.temperature, "temperature_degc", None)? {
-            // an option given by the caller goes before the oil of the guide
+            // an option on the command line overrides the oil of the guide
             Some(t) if shared.viscosity.is_none() => Oil::Temperature(t),
             _ => shared.oil(),
         },

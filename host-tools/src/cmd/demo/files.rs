@@ -33,7 +33,7 @@ pub(super) struct Remains<'a> {
     pub(super) record: &'a [u8],
 }
 
-/// Writes all files and answers what to look at.
+/// Writes all files and returns a hint which to look at.
 pub(super) fn write(folder: &Path, remains: &Remains<'_>) -> Result<String, Failure> {
     let Remains { title, facts, points, frames, blocks, record } = *remains;
     fs::create_dir_all(folder).map_err(|error| Failure::file(folder, error))?;

@@ -15,7 +15,7 @@ use virtual_board::SentFrame;
 
 use super::Failure;
 
-/// A reading is printed so often while nothing changes, s.
+/// Time between printed readings while nothing changes, s.
 const EVERY_S: f64 = 5.0;
 
 /// What was seen of a run.
@@ -41,10 +41,10 @@ pub(super) struct Live {
     output: io::Result<()>,
 }
 
-/// Changes of reason in one silence that are told one by one; more are told as a set.
+/// Largest number of changes of reason in one silence that are listed in order; more are listed as a set.
 const TOLD_IN_ORDER: usize = 6;
 
-/// Since when the block has been silent, and what it said meanwhile.
+/// Since when the block has given no preload, and for which reasons.
 #[derive(Default)]
 struct Pause {
     since_s: Option<f64>,

@@ -1,4 +1,4 @@
-//! Options of the command line into a driven profile.
+//! Driven profiles from options of the command line.
 
 use clap::ValueEnum;
 use simulation::Simulation;
@@ -135,7 +135,7 @@ pub(super) struct ProfileArguments {
 }
 
 impl Name {
-    /// Options that mean something to it beside those of all.
+    /// Options that apply to this profile beside the common ones.
     const fn takes(self) -> &'static [&'static str] {
         match self {
             Name::Staircase => {
@@ -363,7 +363,7 @@ impl ProfileArguments {
                     conditions.temperature_degc = Some(DEGC);
                 }
             }
-            // a law without a preload: a column of one would say something that it does not know
+            // the law has no preload, so it must not write a column of one
             Law::CoulombViscous { .. } => conditions.preload_n = self.preload,
             Law::Column { .. } => {
                 let what = "the simulation has no law, only a recording's column simulated_force_n; add [guide]";
@@ -379,7 +379,7 @@ pub(super) fn told(name: Name) -> String {
     name.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
-/// What was given, or else the usual.
+/// The given values, or the usual ones if there are none.
 fn or(given: &[f64], usual: Vec<f64>) -> Vec<f64> {
     if given.is_empty() { usual } else { given.to_vec() }
 }

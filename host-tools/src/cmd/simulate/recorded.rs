@@ -108,7 +108,7 @@ fn open(arguments: &Arguments, input: &Path, mappings: &[Mapping]) -> Result<Rec
     let recording = &arguments.recording;
     let mappings = recording.with(mappings);
     let selections = &recording.selections;
-    // what comes through a pipe comes once
+    // a pipe can be read only once
     let mut piped = Vec::new();
     let is_pipe = input == Path::new("-");
     let (run, losses) = if is_pipe {

@@ -1,4 +1,4 @@
-//! Which sensors stand between the simulation and the recording.
+//! Sensors between the simulation and the recording.
 
 use clap::ValueEnum;
 use host_tools::simulate::block_sensors;

@@ -1,4 +1,4 @@
-//! Columns into a Parquet file.
+//! Writer of columns as a Parquet file.
 
 use std::io::Write;
 use std::sync::Arc;
@@ -33,7 +33,7 @@ pub(in super::super) fn write(out: impl Write + Send, columns: &[Column]) -> Res
     };
     let fields = columns.iter().map(field).collect::<Result<Vec<_>, _>>()?;
     let schema = Arc::new(Type::group_type_builder("recording").with_fields(fields).build()?);
-    // samples hardly ever repeat: a dictionary would be built in vain
+    // samples hardly ever repeat: a dictionary would be useless
     let properties = WriterProperties::builder()
         .set_compression(Compression::SNAPPY)
         .set_dictionary_enabled(false)

@@ -1,4 +1,4 @@
-//! What was said: the part of a diagnosis that is scored.
+//! The answer: the part of a diagnosis that is scored.
 
 use std::collections::BTreeSet;
 
@@ -115,9 +115,9 @@ impl Named {
         set.contains(effect.id.as_str()) || effect.also_allowed.iter().any(|id| set.contains(id.as_str()))
     }
 
-    /// Whether its set is longer than any recording can call for, or has a member that no effect it holds allows: two
-    /// hidden effects in one set are padding too, for each can be told from the other. A recording that was made so that
-    /// nobody can decide calls for as many as an ideal analyser leaves standing.
+    /// Whether its set is longer than any recording requires, or has a member that no effect in it allows: two
+    /// hidden effects in one set are padding, too, as they can be told apart. A recording that was made undecidable
+    /// requires as many members as an ideal analyser leaves open.
     pub fn is_padded(&self, effects: &[Effect], is_undecidable: bool) -> bool {
         const MOST: usize = 3;
         let set = self.set();

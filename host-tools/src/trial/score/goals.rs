@@ -1,4 +1,4 @@
-//! What the trial set out to show, and what came out.
+//! Goals of the trial, and its results.
 
 use serde::Serialize;
 

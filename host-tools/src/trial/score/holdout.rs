@@ -1,8 +1,8 @@
-//! How much of the hold-out error was removed, of what an oracle removes that knows the true force.
+//! Hold-out error removed, relative to that removed by an oracle that knows the true force.
 //!
 //! `gain = (calibrated² - after²) / (calibrated² - oracle²)`. The first two errors are those the diagnosis states; the
-//! oracle's is the RMS of recorded less true noise-free force over the same part, from the generator's own array, where the
-//! carriage moves: at rest no law has a force, and a diagnosis no error.
+//! oracle's is the RMS of recorded less true noise-free force over the same part, from the generator's own array, where
+//! the carriage moves: at rest no law has a force, and a diagnosis no error.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ pub fn gain(stated: &Holdout, oracle_n: f64) -> Option<f64> {
     (before > 1.02 * floor).then(|| (before - after) / (before - floor))
 }
 
-/// Speed below which the generator's carriage is at rest, m/s, and the time to either side over which it is told, s.
+/// Speed below which the generator's carriage is at rest, m/s, and half the time over which it is taken, s.
 const AT_REST_M_S: f64 = 3e-5;
 const BESIDE_S: f64 = 0.02;
 

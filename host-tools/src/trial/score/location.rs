@@ -1,4 +1,4 @@
-//! Whether the place of a mismatch was found: the axis, and how far the stretch agrees.
+//! Scoring of the stated place of a mismatch: the axis, and the agreement of the stretch.
 //!
 //! Of several places the first counts, that with the largest share. The true stretch is the shortest run of cells with
 //! [`CORE`] of the effect's energy; agreement is `F1 = 2 |stated ∩ true| / (|stated| + |true|)`, measured in samples.

@@ -1,4 +1,4 @@
-//! Scoring: what was hidden against what was said.
+//! Scoring: diagnosis against truth.
 //!
 //! ```text
 //! truth.json, diagnosis -> outcome     right, missed, false alarm, wrong name, ...
@@ -58,7 +58,7 @@ pub struct Scored {
     pub confidences: Vec<(f64, bool)>,
     /// Sizes of the sets that hold a true id.
     pub set_sizes: Vec<usize>,
-    /// Whether what pads a set merely resembles what was hidden.
+    /// Whether the padding of a set merely resembles what was hidden.
     pub is_padded_with_near: bool,
     /// The largest stated place.
     pub location: Option<Located>,

@@ -1,10 +1,10 @@
-//! What became of one record.
+//! Outcome of one record.
 //!
 //! An entry of the diagnosis is right where the true id, or one that the answer allows instead, is among the entry's id
-//! and its equivalents; every entry must stand for an effect of its own. Anything else that is named is a wrong name.
-//! A set with a member that the answer does not allow, or larger than three, is padded and not right; where nobody can
-//! decide, it may hold all that an ideal analyser leaves standing. An effect that nobody
-//! names is a miss, unless it was too weak for the ideal analyser too (`ideal_z` below [`VISIBLE`]). A crash, a time-out
+//! and its equivalents; every entry must stand for a different effect. Anything else that is named is a wrong name.
+//! A set with a member that the answer does not allow, or larger than three, is padded and not right; in an undecidable
+//! record it may hold all that an ideal analyser leaves open. An effect without an entry is a miss, unless it was too
+//! weak for the ideal analyser, too (`ideal_z` below [`VISIBLE`]). A crash, a time-out
 //! and a diagnosis that cannot be read are wrong answers.
 
 use serde::Serialize;
@@ -15,13 +15,13 @@ use super::truth::{Effect, Truth};
 /// Score of the ideal analyser, in standard deviations, below which an effect cannot be seen.
 pub const VISIBLE: f64 = 4.0;
 
-/// What became of one record.
+/// Outcome of one record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
     /// Everything hidden was named, nothing else.
     Right,
-    /// Nothing was said, and nothing could have been.
+    /// Nothing was named, and nothing could have been.
     RightlySilent,
     /// True names only, but some visible effect is missing, or a set of equivalents is incomplete.
     Partly,
@@ -124,7 +124,7 @@ pub fn outcome(truth: &Truth, diagnosis: Option<&Diagnosis>) -> Outcome {
     let is_complete = |effect: &Effect| {
         named.iter().filter(|entry| entry.holds(effect)).any(|entry| {
             let set = entry.set();
-            // a set is only asked for where the design was made so that nobody can decide
+            // a complete set is required only where the design was made undecidable
             truth.kind != "undecidable" || effect.equivalents.iter().all(|id| set.contains(id.as_str()))
         })
     };
@@ -215,7 +215,7 @@ mod tests {
         for (truth, answer, expected) in [
             (&offset, said("ambiguous", &[&["force-offset", "gravity-tilt"]]), Outcome::Right),
             (&offset, said("ambiguous", &[&["load-crosstalk", "force-offset", "gravity-tilt"]]), Outcome::Right),
-            // what resembles is not what cannot be told apart
+            // a similar effect is not an indistinguishable one
             (&offset, said("ambiguous", &[&["force-offset", "cable-chain"]]), Outcome::Padded),
             (&offset, said("ambiguous", &[&["force-offset"], &["gravity-tilt"]]), Outcome::WrongName),
             (&pair, said("ambiguous", &[&["seal-drag", "run-in"]]), Outcome::Padded),

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::{Outcome, Scored, VISIBLE};
 
-/// A part of a number of records.
+/// A share: part of a number of records.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Share {
     /// How many.
@@ -37,7 +37,7 @@ impl std::fmt::Display for Share {
     }
 }
 
-/// Counts those that count among those that are kept.
+/// Share of records for which `counts` holds among those for which `keep` holds.
 pub fn share(all: &[Scored], keep: impl Fn(&Scored) -> bool, counts: impl Fn(&Scored) -> bool) -> Share {
     let kept = || all.iter().filter(|record| keep(record));
     Share { part: kept().filter(|record| counts(record)).count(), of: kept().count() }

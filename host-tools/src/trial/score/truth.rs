@@ -1,4 +1,4 @@
-//! What was hidden: the fields of `truth.json` that scoring needs.
+//! The truth: the fields of `truth.json` that scoring needs.
 
 use std::collections::{BTreeMap, BTreeSet};
 
