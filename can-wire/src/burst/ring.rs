@@ -70,7 +70,7 @@ impl<const N: usize> Ring<N> {
         self.records = self.records.saturating_add(1);
     }
 
-    /// Forgets so many of the oldest segments.
+    /// Forgets this many of the oldest segments.
     #[inline(never)]
     pub(crate) fn release(&mut self, segments: usize) {
         for _ in 0..segments.min(self.length) {

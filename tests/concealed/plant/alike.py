@@ -1,9 +1,9 @@
 """Effects that an undecidable recording leaves open, by fit: all others that an ideal analyser could not refute.
 
-An effect stands (is left open) if one of a few further drawings of it, at its best size and with a possible sign, with the
-constants of the law inside their tolerance, leaves less of the hidden difference than anyone could see (a score below
-VISIBLE), or less than one drawing of the hidden effect leaves of another: a fiftieth of the evidence, or what the drawings
-here leave. One of the drawings is the plain one where a kind has it (a seal without cage and slope).
+An effect stands (is left open) if one of a few further drawings of it, at its best size and with a possible sign, with
+the constants of the law inside their tolerance, leaves less of the hidden difference than anyone could see (a score
+below VISIBLE), or less than one drawing of the hidden effect leaves of another: a fiftieth of the evidence, or what the
+drawings here leave. One of the drawings is the plain one where a kind has it (a seal without cage and slope).
 """
 import numpy as np
 from .effect import Effect

@@ -1,7 +1,8 @@
 """Manners: how a machine is moved and logged, independent of the hidden effects.
 
-A manner changes the design of `cases.design`; what an effect needs to show at all (its own motions, a mass) is set after
-it. `laboratory` is the measuring programme of a rig: jerk-limited moves, 200 Hz. The others are usual on machines.
+A manner changes the design of `cases.design`; what an effect needs to show at all (its own motions, a mass) is set
+after it. `laboratory` is the measuring programme of a rig: jerk-limited moves, 200 Hz. The others are usual on
+machines.
 """
 import numpy as np
 

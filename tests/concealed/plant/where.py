@@ -1,8 +1,8 @@
 """Where an effect shows: along which axes of the contract, and in which range of each.
 
-The right axes are the variables in the effect's own equation, whatever else correlates with them in one session (runs that
-differ in preload differ in time and travel, too). The range follows from the energy of `rest`, what calibration leaves of the
-effect's difference, in cells of equal numbers of samples. Periods are right answers by their length.
+The right axes are the variables in the effect's own equation, whatever else correlates with them in one session (runs
+that differ in preload differ in time and travel, too). The range follows from the energy of `rest`, what calibration
+leaves of the effect's difference, in cells of equal numbers of samples. Periods are right answers by their length.
 """
 import numpy as np
 from .session import RATE_MOVING

@@ -1,7 +1,7 @@
-"""The rivals. Each gets rows, gain directions and force, and returns the ids it found and its columns as a function of rows.
+"""Rivals: each gets rows, gain directions and force, and returns the ids found and its columns as a function of rows.
 
-The gains of the law are never penalised: force and terms are first projected off them. Terms are scaled to unit RMS, so that
-a threshold is a force in newtons.
+The gains of the law are never penalised: force and terms are first projected off them. Terms are scaled to unit RMS, so
+that a threshold is a force in newtons.
 """
 import numpy as np
 
