@@ -68,7 +68,9 @@ impl Balance {
         let (before, after) = (power(rows, &proof.own.calibrated), power(rows, &proof.own.after));
         let noise = found.noise_n * found.noise_n;
         let rounding = found.coarse_step_n.filter(|_| !is_known(Id::ForceQuantisation));
-        let rounding = rounding.map(|step| (step * step / 12.0).min(0.9 * noise));
+        let rounding = rounding.map(|step_n| rounding_n2(step_n, noise, after));
+        let steady = rounding.map_or(0.0, |(_, steady)| steady);
+        let rounding = rounding.map(|(in_noise, _)| in_noise);
         let rest = open_set::rest_without_orders(&found.bench, &found.fit, &found.members);
         let groups = without_coarse(side, rows, &proof.own.after);
         let unsteady = open_set::unsteady(&rest, &groups);
@@ -117,11 +119,11 @@ impl Balance {
         let least_of_spots = if found.members.is_empty() { LEAST_SHARE } else { LEAST_SHARE_OF_SMALL };
         let mut balance = Balance {
             noise_n: noise.sqrt(),
-            unexplained_n: (after - noise).max(0.0).sqrt(),
-            unexplained: (share(after - noise) - share(in_noise)).max(0.0),
+            unexplained_n: (after - noise - steady).max(0.0).sqrt(),
+            unexplained: (share(after - noise) - share(in_noise) - share(steady)).max(0.0),
             unsteady: is_unsteady.then(|| share(in_noise)),
             p_steady: if is_unsteady { p_steady } else { 1.0 },
-            rounding: rounding.map(share),
+            rounding: rounding.map(|in_noise| share(in_noise + steady)),
             clipped: clipped.map(share),
             spots: spots.map(share).filter(|share| *share > least_of_spots),
             speed: speed.map(share),
@@ -146,10 +148,38 @@ impl Balance {
     }
 }
 
+/// Squared error of rounding to a step, N²: what of it counts as noise, and the rest of what is left `after` all that was
+/// found. Where a part stays on one step, the error is the same throughout and no noise.
+///
+/// ```text
+/// step²/12 = in the noise (at most nine tenths of that) + steady
+/// ```
+fn rounding_n2(step_n: f64, noise_n2: f64, after_n2: f64) -> (f64, f64) {
+    let all_n2 = step_n * step_n / 12.0;
+    let most_n2 = 0.9 * noise_n2;
+    (all_n2.min(most_n2), (all_n2 - most_n2).clamp(0.0, (after_n2 - noise_n2).max(0.0)))
+}
+
 /// Parts of the profile whose noise dithers the force over the channel's steps. In others the force stays on one step
 /// for as long as the law does, and the rounding error comes and goes.
 fn without_coarse(side: &Side<'_>, rows: &Rows, left: &[f64]) -> Vec<Range<usize>> {
     let step_n = side.runs.iter().filter_map(|run| quantum(&run.drag_force_n)).fold(0.0, f64::max);
     let left = rows.plain(left);
     rows.groups.iter().filter(|group| robust_sigma(&left[(*group).clone()]) > step_n).cloned().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounding_beyond_the_noise_is_steady_and_no_more_than_is_left() {
+        // noise carries the force over its steps
+        let (in_noise, steady) = rounding_n2(0.3, 0.09, 0.1);
+        assert!((in_noise - 0.0075).abs() < 1e-12 && steady == 0.0);
+        // ten times the noise: all that is left is rounding
+        let (in_noise, steady) = rounding_n2(3.0, 0.09, 0.75);
+        assert!((in_noise - 0.081).abs() < 1e-12 && (steady - 0.66).abs() < 1e-12, "{in_noise} {steady}");
+        assert_eq!(rounding_n2(3.0, 0.09, 0.05).1, 0.0);
+    }
 }

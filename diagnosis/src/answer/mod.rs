@@ -48,7 +48,8 @@ const WORSE: f64 = 1.1;
 /// right, on a third of the records of development seed 202 and a quarter of those of trial 7 after it was opened.
 const TRUST_IF_ABSENT: f64 = 0.45;
 
-/// Residual, as a multiple of the noise, from which a simulation does not match although nothing was found.
+/// Residual, as a multiple of the noise, from which a simulation does not match although nothing was found. Where the force
+/// channel counts coarsely, half a step is what rounding alone may leave.
 const FAR_OFF: f64 = 3.0;
 
 /// Unexplained share of the squared mismatch above which the rest is not called noise-like.
@@ -73,7 +74,8 @@ pub(crate) fn write(
     let fitted = found.members.iter().position(|member| member.candidate.source.is(Id::StructuralResonance));
     let beside = shown.findings(fitted.map(|at| &mut findings[at].0));
     findings.extend(beside);
-    let least_n = found.irrelevant_n.max(FAR_OFF * balance.noise_n);
+    let rounding_n = found.coarse_step_n.filter(|_| balance.rounding.is_some()).map_or(0.0, |step_n| 0.5 * step_n);
+    let least_n = found.irrelevant_n.max(FAR_OFF * balance.noise_n).max(rounding_n);
     let is_far_off = found.members.is_empty() && balance.unexplained > LEAST_SHARE && balance.unexplained_n > least_n;
     findings.extend(is_far_off.then(|| (far_off(balance.unexplained), None)));
     let next_experiment = next_experiment(nominal, side, found, &findings);
