@@ -33,7 +33,7 @@ impl<'r> Moving<'r> {
     }
 
     /// The same with smoothed ("calm") channels. A velocity whose noise is a cause of its own keeps it.
-    pub(crate) fn calmed(self, has_calm_speed: bool) -> Self {
+    pub(crate) fn calmed(self, has_calm_speed: bool) -> Moving<'static> {
         let Moving { runs, mut motions, mut smooth, recorded, .. } = self;
         let mut calm_runs = Vec::with_capacity(runs.len());
         for ((run, motion), smooth) in runs.iter().zip(&mut motions).zip(&mut smooth) {
