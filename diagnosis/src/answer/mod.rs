@@ -36,6 +36,7 @@ use crate::fit::source::{added, added_curves};
 use crate::nominal::Nominal;
 use crate::recording::side::Side;
 use crate::report::{DataQuality, Diagnosis, Finding, NextExperiment, Region, SCHEMA, Unexplained, Verdict};
+use crate::search::case::{Case, Given};
 use crate::search::equivalents;
 use crate::search::found::Found;
 use crate::search::passes::{LEAST_SHARE, imitated};
@@ -56,21 +57,18 @@ const FAR_OFF: f64 = 3.0;
 const MORE_THAN_NOISE: f64 = 0.1;
 
 /// Writes the diagnosis and the augmented simulation.
-#[expect(clippy::too_many_arguments, reason = "what was found, and where it is written down")]
 pub(crate) fn write(
-    simulation: &Simulation,
-    nominal: &Nominal,
-    side: &Side<'_>,
-    training: &[bool],
+    case: &Case<'_>,
     found: &Found<'_>,
     aside: &Aside<'_>,
     proof: Proof,
     quality: &mut DataQuality,
 ) -> Result<(Diagnosis, Simulation), String> {
+    let Case { given: Given { simulation, nominal, .. }, side, .. } = *case;
     let balance = Balance::of(simulation, side, found, aside, &proof);
     let shown = Shown::of(side, found, aside, &balance);
     let amplitudes = found.amplitudes();
-    let mut findings = of_members(nominal, side, training, found, &amplitudes, &balance, &proof);
+    let mut findings = of_members(case, found, &amplitudes, &balance, &proof);
     let fitted = found.members.iter().position(|member| member.candidate.source.is(Id::StructuralResonance));
     let beside = shown.findings(fitted.map(|at| &mut findings[at].0));
     findings.extend(beside);
@@ -83,7 +81,7 @@ pub(crate) fn write(
     let (mechanisms, regions): (Vec<Finding>, Vec<Option<Region>>) = with_one_unknown(findings).into_iter().unzip();
     let mut written = (found.with_shifts.clone(), amplitudes);
     if nominal.is_incomplete() && !found.members.is_empty() {
-        match refit::together(simulation, nominal, side, training, found)? {
+        match refit::together(case, found)? {
             Some(both) => written = both,
             None => quality.warnings.push(
                 "law and causes do not come to rest together: the augmented simulation is only near what was found"
@@ -116,9 +114,7 @@ pub(crate) fn write(
 
 /// Findings of the fitted causes, in their order.
 fn of_members(
-    nominal: &Nominal,
-    side: &Side<'_>,
-    training: &[bool],
+    case: &Case<'_>,
     found: &Found<'_>,
     amplitudes: &[Vec<f64>],
     balance: &Balance,
@@ -133,7 +129,7 @@ fn of_members(
     let shares = shares(&found.bench.rows, &imitated(&found.bench, &found.members), &forces, balance.explained());
     let variances = found.fit.variances();
     let of = |(at, member): (usize, &Member)| {
-        let mut finding = finding(nominal, found, &variances, at, &amplitudes[at], shares[at]);
+        let mut finding = finding(case.given.nominal, found, &variances, at, &amplitudes[at], shares[at]);
         if let Some(carried) = proof.carried.get(at).cloned().flatten() {
             finding.carried_over = carried::is_there(&carried);
             if finding.carried_over == Some(false) {
@@ -141,7 +137,7 @@ fn of_members(
             }
             finding.on_holdout = Some(carried);
         }
-        let region = region(side, training, &member.candidate.source, &forces[at], shares[at], &finding.id);
+        let region = region(case.side, case.training, &member.candidate.source, &forces[at], shares[at], &finding.id);
         (finding, region)
     };
     let mut findings: Vec<(Finding, Option<Region>)> = found.members.iter().enumerate().map(of).collect();

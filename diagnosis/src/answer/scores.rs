@@ -1,6 +1,5 @@
 //! Scores of the three stages on held-out rows, and what each cause does there.
 
-use simulation::Simulation;
 use simulation::curve::Axis;
 use simulation::file::PositionReference;
 use simulation::mechanism::Context;
@@ -9,7 +8,7 @@ use simulation::run::Run;
 use crate::answer::aside::Aside;
 use crate::answer::carried::Scored;
 use crate::answer::play::Play;
-use crate::answer::proof::{self, Split, Stages};
+use crate::answer::proof::{self, Interval, Split, Stages};
 use crate::fit::member::Member;
 use crate::fit::source::{Source, raw_columns, weighted};
 use crate::fit::spectrum::wavelength_m;
@@ -20,6 +19,7 @@ use crate::numbers::statistics::rms;
 use crate::recording::moving::Moving;
 use crate::recording::side::Side;
 use crate::report::{Carried, DataQuality, Holdout};
+use crate::search::case::{Case, Given};
 use crate::search::found::Found;
 use crate::search::open_set::is_clock;
 
@@ -34,83 +34,120 @@ pub(crate) struct Proof {
     pub(crate) averaged: usize,
 }
 
+/// The rows that are scored, and what with.
+pub(crate) struct Held<'a> {
+    /// Recordings that are only scored; none where `split` holds out a part of those that were searched.
+    pub(crate) others: &'a [Run],
+    pub(crate) split: &'a Split,
+    /// Fewest rows that are averaged to one.
+    pub(crate) coarsest: usize,
+    /// The law as calibrated before any search.
+    pub(crate) law_only: &'a [f64],
+    /// Seed of the bootstrap.
+    pub(crate) seed: u64,
+}
+
 /// Scores what was found.
-#[expect(clippy::too_many_arguments, reason = "what was found, and where it is scored")]
-pub(crate) fn score(
-    simulation: &Simulation,
-    nominal: &Nominal,
-    side: &Side<'_>,
-    holdout: &[Run],
-    split: &Split,
-    coarsest: usize,
-    law_only: &[f64],
-    found: &Found<'_>,
-    aside: &Aside<'_>,
-    seed: u64,
-) -> Result<Proof, String> {
-    let given = if nominal.is_incomplete() { law_only.to_vec() } else { nominal.start() };
+pub(crate) fn score(case: &Case<'_>, held: &Held<'_>, found: &Found<'_>, aside: &Aside<'_>) -> Result<Proof, String> {
+    let Case { given: Given { simulation, nominal, .. }, side, .. } = *case;
+    let given = if nominal.is_incomplete() { held.law_only.to_vec() } else { nominal.start() };
     let scene = Scene {
         nominal,
         found,
         play: aside.play,
-        law_only: &nearer(nominal, side, split, &given, law_only)?,
+        law_only: nearer(case, held, &given)?,
         given,
         is_relative: simulation.axis.position_reference == PositionReference::Relative,
     };
-    let own = scene.stages(side, false)?;
-    if holdout.is_empty() {
-        let held: Vec<bool> = side.compared.iter().zip(&split.held).map(|(c, held)| *c && *held).collect();
-        let scored = Rows::new(side.runs, &held, coarsest);
-        let stages = scene.stages(side, split.crosses_runs)?;
-        let score = proof::score(&stages, &scored, &split.intervals, side.step_s() * scored.decimation() as f64, seed);
-        let carried = scene.carried(side, &stages, &scored, split.crosses_runs)?;
-        let holdout = Holdout { description: split.description.clone(), ..score };
-        return Ok(Proof { holdout, carried, own, averaged: scored.decimation() });
+    match held.others {
+        [] => scene.proof(side, &Unseen::of_searched(side, held), held.seed),
+        others => {
+            let moving = Moving::as_recorded(others).calmed(side.moving.has_calm_speed);
+            let (start, is_averaged) = (&scene.given, side.is_averaged);
+            let other = Side::new(simulation, nominal, start, &moving, is_averaged, &mut DataQuality::default())?;
+            scene.proof(side, &Unseen::of_others(&other, held), held.seed)
+        }
     }
-    let moving = Moving::as_recorded(holdout).calmed(side.moving.has_calm_speed);
-    let at = if nominal.is_incomplete() { law_only.to_vec() } else { nominal.start() };
-    let other = Side::new(simulation, nominal, &at, &moving, side.is_averaged, &mut DataQuality::default())?;
-    let scored = Rows::new(holdout, &other.compared, coarsest);
-    let stages = scene.stages(&other, true)?;
-    let intervals = proof::intervals(holdout, &vec![true; other.drag_n.len()]);
-    let score = proof::score(&stages, &scored, &intervals, other.step_s() * scored.decimation() as f64, seed);
-    let carried = scene.carried(&other, &stages, &scored, true)?;
-    let names: Vec<String> = holdout.iter().map(|run| run.name.clone()).collect();
-    let description = format!("{} other recording(s): {}", holdout.len(), names.join(", "));
-    let holdout = Holdout { description, ..score };
-    Ok(Proof { holdout, carried, own, averaged: scored.decimation() })
+}
+
+/// Rows that no search has seen.
+struct Unseen<'a> {
+    side: &'a Side<'a>,
+    rows: Rows,
+    intervals: Vec<Interval>,
+    description: String,
+    /// Whether they are of other runs than those that were searched.
+    crosses_runs: bool,
+}
+
+impl<'a> Unseen<'a> {
+    /// Rows held out of the recordings that were searched.
+    fn of_searched(side: &'a Side<'a>, Held { split, coarsest, .. }: &Held<'_>) -> Self {
+        let held: Vec<bool> = side.compared.iter().zip(&split.held).map(|(c, held)| *c && *held).collect();
+        Unseen {
+            side,
+            rows: Rows::new(side.runs, &held, *coarsest),
+            intervals: split.intervals.clone(),
+            description: split.description.clone(),
+            crosses_runs: split.crosses_runs,
+        }
+    }
+
+    /// All rows of other recordings.
+    fn of_others(side: &'a Side<'a>, Held { others, coarsest, .. }: &Held<'_>) -> Self {
+        let names: Vec<String> = others.iter().map(|run| run.name.clone()).collect();
+        Unseen {
+            side,
+            rows: Rows::new(others, &side.compared, *coarsest),
+            intervals: proof::intervals(others, &vec![true; side.drag_n.len()]),
+            description: format!("{} other recording(s): {}", others.len(), names.join(", ")),
+            crosses_runs: true,
+        }
+    }
+
+    /// Mean time between scored rows, s.
+    fn step_s(&self) -> f64 {
+        self.side.step_s() * self.rows.decimation() as f64
+    }
 }
 
 /// The numbers of the law that leave the smaller RMS on the rows that taught: as given, or as calibrated. Calibration weighs by
 /// the noise, which holds what is missing as well, and an improvement is not to be claimed over a law that it has made worse.
-fn nearer(
-    nominal: &Nominal,
-    side: &Side<'_>,
-    split: &Split,
-    given: &[f64],
-    calibrated: &[f64],
-) -> Result<Vec<f64>, String> {
+fn nearer(case: &Case<'_>, held: &Held<'_>, given: &[f64]) -> Result<Vec<f64>, String> {
+    let Case { given: Given { nominal, .. }, side, .. } = *case;
     let left_n = |values: &[f64]| {
         let left = side.residual(nominal, values)?;
         let rows =
-            left.iter().zip(&side.compared).zip(&split.held).filter(|((_, compared), held)| **compared && !**held);
+            left.iter().zip(&side.compared).zip(&held.split.held).filter(|((_, compared), held)| **compared && !**held);
         Ok::<f64, String>(rms(&rows.map(|((left, _), _)| *left).collect::<Vec<_>>()))
     };
-    Ok(if left_n(calibrated)? > left_n(given)? { given } else { calibrated }.to_vec())
+    Ok(if left_n(held.law_only)? > left_n(given)? { given } else { held.law_only }.to_vec())
 }
 
 struct Scene<'a> {
     nominal: &'a Nominal,
     found: &'a Found<'a>,
     play: Option<&'a Play>,
-    law_only: &'a [f64],
+    law_only: Vec<f64>,
     given: Vec<f64>,
     is_relative: bool,
 }
 
 impl Scene<'_> {
+    /// `side`: the recordings that were searched.
+    fn proof(&self, side: &Side<'_>, unseen: &Unseen<'_>, seed: u64) -> Result<Proof, String> {
+        let stages = self.stages(unseen.side, unseen.crosses_runs)?;
+        let score = proof::score(&stages, &unseen.rows, &unseen.intervals, unseen.step_s(), seed);
+        Ok(Proof {
+            holdout: Holdout { description: unseen.description.clone(), ..score },
+            carried: self.carried(unseen, &stages)?,
+            own: self.stages(side, false)?,
+            averaged: unseen.rows.decimation(),
+        })
+    }
+
     fn stages(&self, side: &Side<'_>, crosses: bool) -> Result<Stages, String> {
-        let calibrated = side.residual(self.nominal, self.law_only)?;
+        let calibrated = side.residual(self.nominal, &self.law_only)?;
         let mut after = match crosses && self.is_all_of_its_time() {
             true => calibrated.clone(),
             false => self.with_members(side, crosses)?,
@@ -183,26 +220,20 @@ impl Scene<'_> {
     }
 
     /// How much of each member is present, everything else as it was found.
-    fn carried(
-        &self,
-        side: &Side<'_>,
-        stages: &Stages,
-        scored: &Rows,
-        crosses: bool,
-    ) -> Result<Vec<Option<Carried>>, String> {
-        let found = self.found;
-        if found.members.is_empty() || scored.len() == 0 {
+    fn carried(&self, unseen: &Unseen<'_>, stages: &Stages) -> Result<Vec<Option<Carried>>, String> {
+        let (found, side) = (self.found, unseen.side);
+        if found.members.is_empty() || unseen.rows.len() == 0 {
             return Ok(vec![None; found.members.len()]);
         }
         let of = |(at, member): (usize, &Member)| match &member.candidate.source {
             Source::Shift { parameter } => self.force_of_shift(side, *parameter).ok(),
-            _ if self.is_elsewhere(at, crosses) => None,
+            _ if self.is_elsewhere(at, unseen.crosses_runs) => None,
             _ => self.force(&side.contexts, at),
         };
         let forces: Vec<Option<Vec<f64>>> = found.members.iter().enumerate().map(of).collect();
         let law = side.tangent(self.nominal, &found.with_shifts)?;
         let all: Vec<Vec<f64>> = forces.iter().flatten().cloned().collect();
-        let scored = Scored::new(scored, &stages.after, &law, &all);
+        let scored = Scored::new(&unseen.rows, &stages.after, &law, &all);
         let share = |(member, force): (&Member, &Option<Vec<f64>>)| match &member.candidate.source {
             Source::Shift { .. } => scored.share_of_shift(force.as_ref()?),
             _ => scored.share(force.as_ref()?),

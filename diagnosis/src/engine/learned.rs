@@ -3,6 +3,7 @@
 use super::prepared::Prepared;
 use super::shifts;
 use crate::answer::play::Play;
+use crate::answer::scores::Held;
 use crate::beside::events::{self, Spots};
 use crate::beside::gap::gap;
 use crate::beside::ringing::{self, Ringing};
@@ -17,10 +18,10 @@ use crate::search::found::Found;
 pub(super) struct Learned<'p> {
     prepared: &'p Prepared<'p>,
     /// Rows that teach; one entry per row of all runs.
-    pub(super) training: Vec<bool>,
+    training: Vec<bool>,
     /// The same rows, whitened by their noise.
     rows: Rows,
-    pub(super) law: Calibrated<'p>,
+    law: Calibrated<'p>,
 }
 
 /// What is learned anew after rows were set aside.
@@ -107,6 +108,12 @@ impl<'p> Learned<'p> {
     pub(super) fn case<'a>(&'a self, given: Given<'a>, seen_from_m: f64) -> Case<'a> {
         let Calibrated { side, saturation, .. } = &self.law;
         Case { given, side, training: &self.training, saturation, seen_from_m }
+    }
+
+    /// What is scored, and with which law.
+    pub(super) fn held(&self, seed: u64) -> Held<'_> {
+        let Prepared { holdout, split, coarsest, .. } = self.prepared;
+        Held { others: holdout, split, coarsest: *coarsest, law_only: &self.law.values, seed }
     }
 
     /// Searches.

@@ -116,20 +116,8 @@ fn attempt(asked: &Asked<'_>, quality: &mut DataQuality) -> Result<Outcome, Stri
     }
     let aside =
         Aside { spots: spots.as_ref(), speed: prepared.speed, heard: ringing.heard.as_ref(), play: play.as_ref() };
-    let (nominal, side) = (&prepared.nominal, &learned.law.side);
-    let proof = scores::score(
-        asked.simulation,
-        nominal,
-        side,
-        &prepared.holdout,
-        &prepared.split,
-        prepared.coarsest,
-        &learned.law.values,
-        &found,
-        &aside,
-        asked.seed,
-    )?;
-    let (diagnosis, augmented) =
-        answer::write(asked.simulation, nominal, side, &learned.training, &found, &aside, proof, quality)?;
+    let case = learned.case(given, seen_from_m);
+    let proof = scores::score(&case, &learned.held(asked.seed), &found, &aside)?;
+    let (diagnosis, augmented) = answer::write(&case, &found, &aside, proof, quality)?;
     Ok(Outcome { diagnosis, augmented: Some(augmented) })
 }

@@ -5,13 +5,10 @@
 //! repeat: columns of the causes at the law's parameters -> joint fit of law and causes -> the law's parameters
 //! ```
 
-use simulation::Simulation;
-
 use crate::calibration::{moved, prior, room, way};
 use crate::fit::bench::Bench;
 use crate::fit::member::Member;
-use crate::nominal::Nominal;
-use crate::recording::side::Side;
+use crate::search::case::{Case, Given};
 use crate::search::found::{Found, amplitudes};
 
 /// Most iterations.
@@ -24,13 +21,8 @@ const STILL: f64 = 1e-4;
 pub(crate) type Together = (Vec<f64>, Vec<Vec<f64>>);
 
 /// The joint fit; `None` where it does not converge.
-pub(crate) fn together(
-    simulation: &Simulation,
-    nominal: &Nominal,
-    side: &Side<'_>,
-    training: &[bool],
-    found: &Found<'_>,
-) -> Result<Option<Together>, String> {
+pub(crate) fn together(case: &Case<'_>, found: &Found<'_>) -> Result<Option<Together>, String> {
+    let Case { given: Given { simulation, nominal, .. }, side, training, .. } = *case;
     let mut values = found.with_shifts.clone();
     for _ in 0..MOST_ROUNDS {
         let again = side.again(simulation, nominal, &values)?;
