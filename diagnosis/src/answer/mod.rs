@@ -4,7 +4,8 @@
 //! proof        held-out rows; scores: the three stages there; carried: how much of each cause is present there
 //! aside        what was found without a fit; play: backlash of a coupling, identified before anything else
 //! balance      shares of the squared mismatch
-//! finding      name, parameters and sentence of a cause; region: where it acts; shown: findings without a fit
+//! member       name, parameters and sentence of a fitted cause; region: where it acts
+//! shown        what was found without a fit; finding: names and sentences of that
 //! export       the simulation file with the calibrated parameters
 //! ```
 
@@ -13,6 +14,7 @@ pub(crate) mod balance;
 pub(crate) mod carried;
 pub(crate) mod export;
 pub(crate) mod finding;
+pub(crate) mod member;
 pub(crate) mod play;
 pub(crate) mod proof;
 pub(crate) mod region;
@@ -25,7 +27,8 @@ use simulation::mechanism::Id;
 
 use crate::answer::aside::Aside;
 use crate::answer::balance::Balance;
-use crate::answer::finding::{far_off, finding};
+use crate::answer::finding::far_off;
+use crate::answer::member::Named;
 use crate::answer::region::region;
 use crate::answer::scores::Proof;
 use crate::answer::shown::Shown;
@@ -129,7 +132,9 @@ fn of_members(
     let shares = shares(&found.bench.rows, &imitated(&found.bench, &found.members), &forces, balance.explained());
     let variances = found.fit.variances();
     let of = |(at, member): (usize, &Member)| {
-        let mut finding = finding(case.given.nominal, found, &variances, at, &amplitudes[at], shares[at]);
+        let named =
+            Named { nominal: case.given.nominal, found, variances: &variances, at, amplitudes: &amplitudes[at] };
+        let mut finding = named.finding(shares[at]);
         if let Some(carried) = proof.carried.get(at).cloned().flatten() {
             finding.carried_over = carried::is_there(&carried);
             if finding.carried_over == Some(false) {

@@ -6,7 +6,8 @@
 
 use simulation::mechanism::{Added, Context, Id, definition};
 
-use crate::answer::finding::{finding, play};
+use crate::answer::finding::play;
+use crate::answer::member::Named;
 use crate::answer::region::region;
 use crate::beside::gap::Gap;
 use crate::fit::source::{Source, added, raw_columns, weighted};
@@ -44,7 +45,8 @@ impl Play {
         let compared = force.iter().zip(training).filter(|(_, compared)| **compared);
         Some(Play {
             squares_n2: compared.map(|(force, _)| force * force).sum(),
-            finding: finding(nominal, found, &found.fit.variances(), at, &amplitudes, 0.0),
+            finding: Named { nominal, found, variances: &found.fit.variances(), at, amplitudes: &amplitudes }
+                .finding(0.0),
             region: region(side, training, &source, &force, 0.0, Id::CouplingBacklash.name()),
             p: found.p_no_mismatch,
             source,
