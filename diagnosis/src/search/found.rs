@@ -92,71 +92,26 @@ pub(crate) struct Causes<'s> {
 impl<'s> Causes<'s> {
     /// Completes the result for these causes. The law, moved within its tolerance, may not end up farther from the
     /// force than at `start`.
-    pub(crate) fn found(self, case: &Case<'s>, pool: &mut Pool, start: &[f64]) -> Result<Found<'s>, String> {
+    pub(crate) fn found(mut self, case: &Case<'s>, pool: &mut Pool, start: &[f64]) -> Result<Found<'s>, String> {
+        self.drop_if_nameless(pool);
         let Causes { mut bench, mut members, mut doubts, values, .. } = self;
-        let is_nameless = |(m, doubt): (&Member, &Option<Doubt>)| m.candidate.source.is_story() || doubt.is_some();
-        if members.iter().zip(&doubts).all(is_nameless)
-            && least_of([self.p_no_mismatch, p_of_surest(&bench, pool, &members)]) > NAMELESS
-        {
-            members.clear();
-            doubts.clear();
-        }
-        let nominal = case.given.nominal;
-        let tolerances = Tolerances { nominal, moved: &values };
+        let tolerances = Tolerances { nominal: case.given.nominal, moved: &values };
         let is_coarse = self.coarse_step_n.is_some();
-        let mut sets = match self.sets {
+        let sets = match self.sets {
             Some(sets) => sets,
             None => tell_apart(&mut bench, pool, &tolerances, &mut members, &mut doubts, is_coarse),
         };
         let equivalents: Vec<String> =
             sets.iter().flat_map(|set| &set.candidates).map(|candidate| candidate.source.id().to_owned()).collect();
         let considered = considered::of(&bench, pool, &tolerances, &members, &equivalents);
-        let mut fit = bench.fit_members(&members);
-        let mut calibrated = moved(nominal, &values, &fit.values[..values.len()]);
-        let mut p_of_landing = None;
-        if !nominal.is_incomplete() {
-            let with_shifts = shifted(nominal, &calibrated, &members, &amplitudes(&members, &fit));
-            if way(&values, &with_shifts) > FAR {
-                // where two parameters compensate one another, the linearisation soon departs from the law
-                let mut there = values.clone();
-                if !self.has_landed {
-                    let least;
-                    (there, least) = landed(case, &bench, pool, &values, &mut members, &mut doubts, &mut sets)?;
-                    p_of_landing = least.map(|nats| p_of_shift(nats, pool));
-                }
-                bench = case.around(&bench.rows, &there)?;
-                members = again(&mut bench, members);
-                fit = bench.fit_members(&members);
-                calibrated = moved(nominal, &there, &fit.values[..there.len()]);
-                if way(&there, &shifted(nominal, &calibrated, &members, &amplitudes(&members, &fit))) > FAR {
-                    fit = fit.standing(&bench.fit_beside_law(&members));
-                    calibrated = there;
-                }
-            }
+        let mut settled = Settled::at(&values, case, bench, Named { members, doubts, sets });
+        let p_of_landing = settled.land(&values, self.has_landed, pool)?;
+        if settled.named.members.is_empty() || settled.is_worse_than(start)? {
+            // nothing moves the law, or causes and law mislead one another
+            settled.hold_at(start, self.irrelevant_n)?;
         }
-        if members.is_empty() || is_worse(case, &bench, &members, &fit, (&calibrated, start))? {
-            // nothing moves the law, or causes and law mislead one another: the law stays at `start`
-            bench = case.around(&bench.rows, start)?;
-            members = again(&mut bench, members);
-            fit = bench.fit_members(&members).standing(&bench.fit_beside_law(&members));
-            // causes that hardly act there, or would need the opposite sign, are dropped
-            let acts = |(member, amplitudes): (&Member, &Vec<f64>)| {
-                let source = &member.candidate.source;
-                bench.is_spoken_for(source) || size_n(&bench, source, amplitudes) > self.irrelevant_n
-            };
-            let acts: Vec<bool> = members.iter().zip(&amplitudes(&members, &fit)).map(acts).collect();
-            keep(&mut members, &acts);
-            keep(&mut doubts, &acts);
-            keep(&mut sets, &acts);
-            calibrated = start.to_vec();
-            if !members.is_empty() && is_worse(case, &bench, &members, &fit, (&calibrated, start))? {
-                members.clear();
-                doubts.clear();
-                sets.clear();
-                fit = bench.fit_members(&members).standing(&bench.fit_beside_law(&members));
-            }
-        }
-        let with_shifts = shifted(nominal, &calibrated, &members, &amplitudes(&members, &fit));
+        let with_shifts = settled.with_shifts();
+        let Settled { bench, named: Named { members, doubts, sets }, fit, calibrated, .. } = settled;
         let tested = [Some(self.p_no_mismatch), Some(p_of_surest(&bench, pool, &members)), p_of_landing];
         let p_no_mismatch = least_of(tested.into_iter().flatten());
         Ok(Found {
@@ -175,61 +130,156 @@ impl<'s> Causes<'s> {
             coarse_step_n: self.coarse_step_n,
         })
     }
+
+    /// Drops all members where none has a name and together they are not sure enough to do without.
+    fn drop_if_nameless(&mut self, pool: &Pool) {
+        let is_nameless = |(m, doubt): (&Member, &Option<Doubt>)| m.candidate.source.is_story() || doubt.is_some();
+        if self.members.iter().zip(&self.doubts).all(is_nameless)
+            && least_of([self.p_no_mismatch, p_of_surest(&self.bench, pool, &self.members)]) > NAMELESS
+        {
+            self.members.clear();
+            self.doubts.clear();
+        }
+    }
+}
+
+/// Members, each with what is doubted of it and with its rivals.
+struct Named {
+    members: Vec<Member>,
+    doubts: Vec<Option<Doubt>>,
+    sets: Vec<Set>,
+}
+
+impl Named {
+    /// Retains the marked members.
+    fn keep(&mut self, is_kept: &[bool]) {
+        keep(&mut self.members, is_kept);
+        keep(&mut self.doubts, is_kept);
+        keep(&mut self.sets, is_kept);
+    }
+
+    fn clear(&mut self) {
+        self.members.clear();
+        self.doubts.clear();
+        self.sets.clear();
+    }
+}
+
+/// The law beside the members.
+struct Settled<'s> {
+    case: Case<'s>,
+    bench: Bench<'s>,
+    named: Named,
+    fit: Fit,
+    /// The law's parameter values without the shifts among the members.
+    calibrated: Vec<f64>,
+}
+
+impl<'s> Settled<'s> {
+    /// Where the linearisation around these values, which is that of the bench, leads.
+    fn at(values: &[f64], case: &Case<'s>, bench: Bench<'s>, named: Named) -> Self {
+        let fit = bench.fit_members(&named.members);
+        let calibrated = moved(case.given.nominal, values, &fit.values[..values.len()]);
+        Settled { case: *case, bench, named, fit, calibrated }
+    }
+
+    fn with_shifts(&self) -> Vec<f64> {
+        let members = &self.named.members;
+        shifted(self.case.given.nominal, &self.calibrated, members, &amplitudes(members, &self.fit))
+    }
+
+    /// Linearises the law around other values.
+    fn go_to(&mut self, values: &[f64]) -> Result<(), String> {
+        self.bench = self.case.around(&self.bench.rows, values)?;
+        self.named.members = again(&mut self.bench, std::mem::take(&mut self.named.members));
+        Ok(())
+    }
+
+    /// The fit of the members beside the law, which stays where it is.
+    fn fit_beside_law(&self, fit: Fit) -> Fit {
+        fit.standing(&self.bench.fit_beside_law(&self.named.members))
+    }
+
+    /// Linearises the law anew where the members have led it far from `values`: at these once more where it
+    /// `has_landed`, else where it settles beside the members, with the p-value of the least of the shifts there.
+    fn land(&mut self, values: &[f64], has_landed: bool, pool: &Pool) -> Result<Option<f64>, String> {
+        let nominal = self.case.given.nominal;
+        if nominal.is_incomplete() || way(values, &self.with_shifts()) <= FAR {
+            return Ok(None);
+        }
+        // where two parameters compensate one another, the linearisation soon departs from the law
+        let (there, least) = if has_landed { (values.to_vec(), None) } else { self.landing(values, pool)? };
+        self.go_to(&there)?;
+        self.fit = self.bench.fit_members(&self.named.members);
+        self.calibrated = moved(nominal, &there, &self.fit.values[..there.len()]);
+        if way(&there, &self.with_shifts()) > FAR {
+            self.fit = self.fit_beside_law(self.fit.clone());
+            self.calibrated = there;
+        }
+        Ok(least.map(|nats| p_of_shift(nats, pool)))
+    }
+
+    /// Where the law settles beside the members, and the least that one of the shifts explains there, nats. A shift
+    /// that explains no more than it costs is dropped.
+    fn landing(&mut self, values: &[f64], pool: &Pool) -> Result<(Vec<f64>, Option<f64>), String> {
+        let Settled { case, bench, named, .. } = self;
+        let price = 0.5 * bench.ln_rows() + (pool.kinds as f64).ln();
+        let given = case.given.nominal.start();
+        loop {
+            let members = &named.members;
+            let is_off = |at: &usize| members[*at].candidate.source.is_shift();
+            let shifts: Vec<usize> = (0..members.len()).filter(is_off).collect();
+            let starts: &[&[f64]] = if shifts.is_empty() { &[] } else { &[&given] };
+            let there = case.valley(&bench.rows, causes(members)).lowest(values, starts)?;
+            let mut least: Option<(usize, f64)> = None;
+            for at in shifts {
+                let others = without(members, at);
+                let left = case.valley(&bench.rows, causes(&others)).lowest(&there.values, &[&given])?.left;
+                let nats = 0.5 * (left - there.left);
+                if least.is_none_or(|(_, least)| nats < least) {
+                    least = Some((at, nats));
+                }
+            }
+            let Some((needless, _)) = least.filter(|(_, nats)| *nats < price) else {
+                return Ok((there.values, least.map(|(_, nats)| nats)));
+            };
+            let is_kept: Vec<bool> = (0..members.len()).map(|at| at != needless).collect();
+            named.keep(&is_kept);
+        }
+    }
+
+    /// Leaves the law at `start`, and drops what hardly acts there, N, or would need the opposite sign; all of it where
+    /// the law is nearer to the force without.
+    fn hold_at(&mut self, start: &[f64], irrelevant_n: f64) -> Result<(), String> {
+        self.go_to(start)?;
+        self.fit = self.fit_beside_law(self.bench.fit_members(&self.named.members));
+        let acts = |(member, amplitudes): (&Member, &Vec<f64>)| {
+            let source = &member.candidate.source;
+            self.bench.is_spoken_for(source) || size_n(&self.bench, source, amplitudes) > irrelevant_n
+        };
+        let members = &self.named.members;
+        let acts: Vec<bool> = members.iter().zip(&amplitudes(members, &self.fit)).map(acts).collect();
+        self.named.keep(&acts);
+        self.calibrated = start.to_vec();
+        if !self.named.members.is_empty() && self.is_worse_than(start)? {
+            self.named.clear();
+            self.fit = self.fit_beside_law(self.bench.fit_members(&[]));
+        }
+        Ok(())
+    }
+
+    /// Whether the moved law with the members is farther from the force than the law alone at `start`.
+    fn is_worse_than(&self, start: &[f64]) -> Result<bool, String> {
+        let Settled { case, bench, named, fit, calibrated } = self;
+        let start_n = rms(&bench.rows.plain(&case.side.residual(case.given.nominal, start)?));
+        Ok(left_n(case, bench, &named.members, fit, calibrated)? > start_n)
+    }
 }
 
 /// p-value of a shift that explains this many nats, corrected for all causes: twice the gain is the square of a
 /// standard normal variable.
 fn p_of_shift(nats: f64, pool: &Pool) -> f64 {
     (libm::erfc(nats.max(0.0).sqrt()) * pool.kinds as f64).min(1.0)
-}
-
-/// Where the law settles beside the members, and the least that one of the shifts explains there, nats. A shift that
-/// explains no more than it costs is dropped.
-fn landed(
-    case: &Case<'_>,
-    bench: &Bench<'_>,
-    pool: &Pool,
-    values: &[f64],
-    members: &mut Vec<Member>,
-    doubts: &mut Vec<Option<Doubt>>,
-    sets: &mut Vec<Set>,
-) -> Result<(Vec<f64>, Option<f64>), String> {
-    let price = 0.5 * bench.ln_rows() + (pool.kinds as f64).ln();
-    let given = case.given.nominal.start();
-    loop {
-        let is_off = |at: &usize| members[*at].candidate.source.is_shift();
-        let shifts: Vec<usize> = (0..members.len()).filter(is_off).collect();
-        let starts: &[&[f64]] = if shifts.is_empty() { &[] } else { &[&given] };
-        let there = case.valley(&bench.rows, causes(members)).lowest(values, starts)?;
-        let mut least: Option<(usize, f64)> = None;
-        for at in shifts {
-            let others = without(members, at);
-            let left = case.valley(&bench.rows, causes(&others)).lowest(&there.values, &[&given])?.left;
-            let nats = 0.5 * (left - there.left);
-            if least.is_none_or(|(_, least)| nats < least) {
-                least = Some((at, nats));
-            }
-        }
-        let Some((needless, _)) = least.filter(|(_, nats)| *nats < price) else {
-            return Ok((there.values, least.map(|(_, nats)| nats)));
-        };
-        let is_kept: Vec<bool> = (0..members.len()).map(|at| at != needless).collect();
-        keep(members, &is_kept);
-        keep(doubts, &is_kept);
-        keep(sets, &is_kept);
-    }
-}
-
-/// Whether the moved law with the members is farther from the force than the law alone at `start`.
-fn is_worse(
-    case: &Case<'_>,
-    bench: &Bench<'_>,
-    members: &[Member],
-    fit: &Fit,
-    (led, start): (&[f64], &[f64]),
-) -> Result<bool, String> {
-    let start_n = rms(&bench.rows.plain(&case.side.residual(case.given.nominal, start)?));
-    Ok(left_n(case, bench, members, fit, led)? > start_n)
 }
 
 /// RMS of the residual of law and members, N; `values` exclude the shifts among the members.
