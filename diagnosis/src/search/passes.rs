@@ -77,65 +77,116 @@ pub(crate) fn run<'s>(
     tolerated: &[f64],
     kept: &mut Kept,
 ) -> Result<Found<'s>, String> {
-    let Case { given: Given { nominal, step_n, .. }, side, saturation, .. } = *case;
     let mut values = start.to_vec();
     let mut former: Vec<Source> = Vec::new();
-    let mut pass = 0;
+    let mut number = 0;
     loop {
-        pass += 1;
+        number += 1;
+        let noise_of = if number == 1 { NoiseOf::Curves } else { NoiseOf::Search };
+        let pass = Pass::around(case, &rows, values, &former, noise_of, kept)?;
+        let led = led(case, &pass.bench, &pass.members, &pass.values)?;
+        let learnt = if number == 1 { pass.learnt(case, &rows) } else { None };
+        if number == MOST_PASSES || (led.is_none() && learnt.is_none()) {
+            return pass.found(case, rows, tolerated, kept);
+        }
+        former = pass.names();
+        values = led.unwrap_or(pass.values);
+        let next = learnt.unwrap_or_else(|| rows.clone());
+        *kept = Some((std::mem::replace(&mut rows, next), pass.pool));
+    }
+}
+
+/// One search, around the law at one set of its parameter values.
+struct Pass<'s> {
+    values: Vec<f64>,
+    bench: Bench<'s>,
+    pool: Pool,
+    members: Vec<Member>,
+    floor: Floor,
+    p_no_mismatch: f64,
+    /// RMS force below which a mismatch does not matter, N.
+    irrelevant_n: f64,
+    /// Quantisation step of the force channel, N, where it is a considerable part of the noise.
+    coarse_step_n: Option<f64>,
+    /// What neither the members nor any curve follows; one entry per row of all runs.
+    left: Vec<f64>,
+}
+
+impl<'s> Pass<'s> {
+    /// Searches. `former`: causes of the pass before.
+    fn around(
+        case: &Case<'s>,
+        rows: &Rows,
+        values: Vec<f64>,
+        former: &[Source],
+        noise_of: NoiseOf,
+        kept: &mut Kept,
+    ) -> Result<Self, String> {
+        let Case { given: Given { nominal, .. }, side, saturation, .. } = *case;
         let mismatch = side.residual(nominal, &values)?;
         let tangent = side.tangent(nominal, &values)?;
+        let rest = |extra: &[Vec<f64>]| saturation.rest(rows, &side.contexts, &mismatch, &tangent, extra);
         let tolerances = Tolerances { nominal, moved: &values };
-        let mut bench = case.around(&rows, &values)?;
-        let mut pool = prepared(case, &rows, &bench, &tolerances, kept);
-        let noise = noise_rms(&rows, &saturation.rest(&rows, &side.contexts, &mismatch, &tangent, &[]));
-        let coarse_step_n = case.coarse_step_n(noise);
-        let matters = Matters::of(case, &rows, &mismatch)?;
-        // a force that stays within one quantisation step is off by up to half a step, always to the same side
-        let rounding_n = coarse_step_n.map_or(step_n.map_or(0.0, rounding), |step| 0.5 * step);
-        let floor =
-            Floor { any_n: matters.relevant_n.max(FLOOR_OF_NOISE * noise), inexact_n: matters.inexact_n, rounding_n };
-        let searched = search(&mut bench, &mut pool, &tolerances, &former, floor);
+        let mut bench = case.around(rows, &values)?;
+        let mut pool = prepared(case, rows, &bench, &tolerances, kept);
+        let noise_n = noise_rms(rows, &rest(&[]));
+        let matters = Matters::of(case, rows, &mismatch)?;
+        let floor = matters.floor(case, noise_n);
+        let searched = search(&mut bench, &mut pool, &tolerances, former, floor);
         let mut members = searched.members;
-        let noise_of = if pass == 1 { NoiseOf::Curves } else { NoiseOf::Search };
         let p_of_curve = open_set::extend(&mut bench, &mut pool, &tolerances, &mut members, floor, noise_of);
-        let fit = bench.fit_members(&members);
-        let mut extra = Vec::new();
-        for member in &members {
-            extra.extend(bench.raw(&member.candidate.source).unwrap_or_default());
+        let raw = |member: &Member| bench.raw(&member.candidate.source).unwrap_or_default();
+        let left = rest(&members.iter().flat_map(raw).collect::<Vec<_>>());
+        Ok(Pass {
+            bench,
+            pool,
+            members,
+            floor,
+            p_no_mismatch: least_of([searched.p_no_mismatch, p_of_curve]),
+            irrelevant_n: matters.irrelevant_n(),
+            coarse_step_n: case.coarse_step_n(noise_n),
+            left,
+            values,
+        })
+    }
+
+    /// The noise as learned from what is left; `None` where the pass may stand on the noise it began with.
+    fn learnt(&self, case: &Case<'_>, rows: &Rows) -> Option<Rows> {
+        if self.members.is_empty() {
+            return None;
         }
-        let left = saturation.rest(&rows, &side.contexts, &mismatch, &tangent, &extra);
-        let led = led(case, &bench, &members, &values)?;
-        let mut learnt = None;
-        if pass < 2 && !members.is_empty() {
-            let mut anew = rows.clone();
-            anew.learn(&left, saturation.kept());
-            let is_coloured = (whiteness(&bench, &fit) - 1.0).abs() > COLOURED;
-            // outlying rows are explained now, and may count in full
-            let is_tamed = rows.tails() > FEW_TAILS && 2 * anew.tails() < rows.tails();
-            // a clock found with the first noise estimate was only likely
-            let has_clock = members.iter().any(|member| is_clock(&member.candidate.source));
-            learnt = (is_coloured || is_tamed || has_clock).then_some(anew);
+        let mut anew = rows.clone();
+        anew.learn(&self.left, case.saturation.kept());
+        let fit = self.bench.fit_members(&self.members);
+        let is_coloured = (whiteness(&self.bench, &fit) - 1.0).abs() > COLOURED;
+        // outlying rows are explained now, and may count in full
+        let is_tamed = rows.tails() > FEW_TAILS && 2 * anew.tails() < rows.tails();
+        // a clock found with the first noise estimate was only likely
+        let has_clock = self.members.iter().any(|member| is_clock(&member.candidate.source));
+        (is_coloured || is_tamed || has_clock).then_some(anew)
+    }
+
+    /// The causes for the next pass to begin with; none where one is an unnamed curve, since names beside it may be
+    /// parts of it.
+    fn names(&self) -> Vec<Source> {
+        match self.members.iter().any(|member| member.candidate.source.is_story()) {
+            true => Vec::new(),
+            false => causes(&self.members).map(|cause| cause.source.clone()).collect(),
         }
-        if pass < MOST_PASSES && (led.is_some() || learnt.is_some()) {
-            *kept = Some((rows.clone(), pool));
-            if let Some(learnt) = learnt {
-                rows = learnt;
-            }
-            values = led.unwrap_or(values);
-            // names beside an unnamed curve may be parts of it
-            let all_named = !members.iter().any(|member| member.candidate.source.is_story());
-            former = causes(&members).filter(|_| all_named).map(|cause| cause.source.clone()).collect();
-            continue;
-        }
-        let noise_n = noise_rms(&rows, &left);
+    }
+
+    /// The result, after a last look at each member beside the others.
+    fn found(self, case: &Case<'s>, rows: Rows, tolerated: &[f64], kept: &mut Kept) -> Result<Found<'s>, String> {
+        let Pass { mut values, mut bench, mut pool, mut members, .. } = self;
+        let nominal = case.given.nominal;
+        let tolerances = Tolerances { nominal, moved: &values };
         tell_shifts(&mut bench, &tolerances, &mut members);
         drop_small(&bench, &pool, &mut members);
         shorten(&mut bench, &mut pool, &mut members);
         equivalents::exchange_refused(&mut bench, &mut pool, &tolerances, &mut members);
-        let doubts = doubted(&mut bench, &mut pool, &tolerances, &mut members, floor);
+        let doubts = doubted(&mut bench, &mut pool, &tolerances, &mut members, self.floor);
         // no further search, but the causes are to hold where they move the law
-        if let Some(led) = self::led(case, &bench, &members, &values)? {
+        if let Some(led) = led(case, &bench, &members, &values)? {
             values = led;
             bench = case.around(&rows, &values)?;
             pool = pool.again(&bench, &Tolerances { nominal, moved: &values });
@@ -147,16 +198,16 @@ pub(crate) fn run<'s>(
             doubts,
             values,
             has_landed: false,
-            p_no_mismatch: least_of([searched.p_no_mismatch, p_of_curve]),
-            noise_n,
-            irrelevant_n: matters.irrelevant_n(),
-            left,
-            coarse_step_n,
+            p_no_mismatch: self.p_no_mismatch,
+            noise_n: noise_rms(&rows, &self.left),
+            irrelevant_n: self.irrelevant_n,
+            left: self.left,
+            coarse_step_n: self.coarse_step_n,
             sets: None,
         };
         let found = causes.found(case, &mut pool, tolerated)?;
         *kept = Some((rows, pool));
-        return Ok(found);
+        Ok(found)
     }
 }
 
@@ -231,6 +282,14 @@ impl Matters {
     /// RMS force below which a mismatch does not matter, N.
     pub(crate) fn irrelevant_n(&self) -> f64 {
         self.relevant_n.max(self.inexact_n)
+    }
+
+    /// RMS forces from which a cause is worth reporting beside noise of this RMS, N.
+    fn floor(&self, case: &Case<'_>, noise_n: f64) -> Floor {
+        // a force that stays within one quantisation step is off by up to half a step, always to the same side
+        let coarse_step_n = case.coarse_step_n(noise_n);
+        let rounding_n = coarse_step_n.map_or(case.given.step_n.map_or(0.0, rounding), |step| 0.5 * step);
+        Floor { any_n: self.relevant_n.max(FLOOR_OF_NOISE * noise_n), inexact_n: self.inexact_n, rounding_n }
     }
 }
 
