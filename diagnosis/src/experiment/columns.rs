@@ -9,7 +9,7 @@ use crate::fit::member::{Candidate, Member};
 use crate::fit::source::{Source, raw_columns};
 use crate::fit::story;
 use crate::nominal::Nominal;
-use crate::recording::sanity::compared;
+use crate::recording::sanity::Comparable;
 use crate::report::DataQuality;
 use crate::search::found::Found;
 
@@ -35,6 +35,18 @@ struct Rival {
     source: Source,
     amplitudes: Vec<f64>,
     moved: Vec<Source>,
+}
+
+impl Rival {
+    /// Its own columns, and the slopes of its force as each shape parameter moves; 0 where `columns` has none.
+    fn with_slopes(&self, own: Vec<Vec<f32>>, columns: impl Fn(&Source) -> Option<Vec<Vec<f32>>>) -> Vec<Vec<f32>> {
+        let slope_to = |there: &Source| match columns(there) {
+            Some(there) => slope(&own, &there, &self.amplitudes),
+            None => slope(&own, &own, &self.amplitudes),
+        };
+        let slopes: Vec<Vec<f32>> = self.moved.iter().map(slope_to).collect();
+        own.into_iter().chain(slopes).collect()
+    }
 }
 
 impl Parts {
@@ -114,16 +126,10 @@ pub(super) fn of_recording(found: &Found<'_>, others: &[Member], parts: &Parts) 
     let bench = &found.bench;
     let mut columns: Vec<Vec<f32>> = bench.law().iter().map(|column| bench.base[*column].clone()).collect();
     columns.extend(others.iter().flat_map(|member| member.candidate.columns.iter().cloned()));
+    let white = |source: &Source| bench.candidate(source.clone()).map(|candidate| candidate.columns);
     for rival in &parts.sources {
-        let white = |source: &Source| bench.candidate(source.clone()).map(|candidate| candidate.columns);
         let own = white(&rival.source).unwrap_or_else(|| vec![vec![0.0; bench.rows.len()]; rival.amplitudes.len()]);
-        let slopes: Vec<Vec<f32>> = rival
-            .moved
-            .iter()
-            .map(|source| slope(&own, &white(source).unwrap_or_else(|| own.clone()), &rival.amplitudes))
-            .collect();
-        columns.extend(own);
-        columns.extend(slopes);
+        columns.extend(rival.with_slopes(own, white));
     }
     columns
 }
@@ -137,81 +143,125 @@ pub(super) fn of_run(
     found: &Found<'_>,
     parts: &Parts,
 ) -> Option<Vec<Vec<f32>>> {
+    let courses = courses(entry, scene)?;
+    let machine = loaded(complete, entry);
+    let mut driven = Driven::new(entry, complete, parts.law);
+    for course in &courses {
+        driven.drive(course, &machine, nominal, found)?;
+    }
+    let law = |parameter| driven.white(&Source::Shift { parameter }, 1);
+    let mut columns: Vec<Vec<f32>> = (0..parts.law).flat_map(law).collect();
+    columns.extend(parts.others.iter().flat_map(|source| driven.white(source, count(source))));
+    for rival in &parts.sources {
+        let white = |source: &Source| driven.white(source, rival.amplitudes.len());
+        columns.extend(rival.with_slopes(white(&rival.source), |source| Some(white(source))));
+    }
+    (columns.len() == parts.rivals.last().map_or(0, |last| last.slopes.end)).then_some(columns)
+}
+
+/// Courses of a run of the menu, at the place of the recorded stroke.
+fn courses(entry: &Entry, scene: &Scene) -> Option<Vec<Course>> {
     let mut courses = (entry.drive)(scene).ok().filter(|courses| !courses.is_empty())?;
     for Course { run, motion } in &mut courses {
         for x in run.position_m.iter_mut().flatten().chain(&mut motion.position_m) {
             *x += scene.start_m;
         }
     }
-    let carriage_kg = complete.axis.moved_mass_kg.filter(|mass| *mass > 0.0);
+    Some(courses)
+}
+
+/// Mass that the simulation states of the carriage, kg.
+fn carriage_kg(complete: &Simulation) -> Option<f64> {
+    complete.axis.moved_mass_kg.filter(|mass| *mass > 0.0)
+}
+
+/// The simulation with the mass that a run of the menu adds.
+fn loaded(complete: &Simulation, entry: &Entry) -> Simulation {
     let mut heavier = complete.clone();
     if added_mass_kg(entry.code) > 0.0 {
-        heavier.axis.moved_mass_kg = Some(carriage_kg.unwrap_or(0.0) + added_mass_kg(entry.code));
+        heavier.axis.moved_mass_kg = Some(carriage_kg(complete).unwrap_or(0.0) + added_mass_kg(entry.code));
     }
-    let free = is_free(entry.code);
-    let (mut contexts, mut tangent) = (Vec::new(), vec![Vec::new(); parts.law]);
-    let mut weights: Vec<f64> = Vec::new();
-    for Course { run, motion } in &courses {
-        let context = Context::of(&heavier, run, motion).ok()?;
-        let keep =
-            compared(run, motion, &context.steady, &context.steady.direction, &[], false, &mut DataQuality::default());
-        weights.extend(keep.iter().map(|keep| if free || *keep { 1.0 / found.noise_n } else { 0.0 }));
+    heavier
+}
+
+/// Number of columns of a source.
+fn count(source: &Source) -> usize {
+    match source {
+        Source::Mechanism { definition, form, .. } => definition.forms[*form].amplitudes.len(),
+        Source::Shift { .. } => 1,
+        Source::Story { curve } => story::count(curve),
+    }
+}
+
+/// A run of the menu, as far as it was driven.
+struct Driven<'c> {
+    code: &'static str,
+    is_free: bool,
+    carriage_kg: f64,
+    contexts: Vec<Context<'c>>,
+    /// Columns of the law's parameters.
+    tangent: Vec<Vec<f64>>,
+    /// Per row: 1 divided by the noise, N, and 0 where the row cannot be compared.
+    weights: Vec<f64>,
+}
+
+impl<'c> Driven<'c> {
+    /// `law`: number of the law's parameters.
+    fn new(entry: &Entry, complete: &Simulation, law: usize) -> Self {
+        Driven {
+            code: entry.code,
+            is_free: is_free(entry.code),
+            carriage_kg: carriage_kg(complete).unwrap_or(KNOWN_MASS_KG),
+            contexts: Vec::new(),
+            tangent: vec![Vec::new(); law],
+            weights: Vec::new(),
+        }
+    }
+
+    /// Drives a further course; `None` where the law lacks an input for it.
+    fn drive(&mut self, course: &'c Course, machine: &Simulation, nominal: &Nominal, found: &Found<'_>) -> Option<()> {
+        let Course { run, motion } = course;
+        let context = Context::of(machine, run, motion).ok()?;
+        let keep = Comparable::as_driven(run, motion, &context.steady).rows(&mut DataQuality::default());
+        self.weights.extend(keep.iter().map(|keep| if self.is_free || *keep { 1.0 / found.noise_n } else { 0.0 }));
         let force = nominal.force(&found.calibrated, run, motion).ok()?;
         let direction = &context.steady.direction;
         let own = nominal.tangent(&found.calibrated, run, (motion, motion), &force, direction).ok()?;
-        for (column, own) in tangent.iter_mut().zip(own) {
+        for (column, own) in self.tangent.iter_mut().zip(own) {
             column.extend(own);
         }
-        contexts.push(context);
+        self.contexts.push(context);
+        Some(())
     }
-    // before the dead weight hangs on the sensor, it is free
-    let half = weights.len() / 2;
-    let raw = |source: &Source, count: usize| -> Vec<Vec<f64>> {
-        let none = || vec![vec![0.0; weights.len()]; count];
-        let (factor, columns) = match source {
+
+    /// Force per amplitude, N, and what this run leaves of it as a factor; `columns`: their number.
+    fn raw(&self, source: &Source, columns: usize) -> (f64, Vec<Vec<f64>>) {
+        let rows = self.weights.len();
+        let shown = || raw_columns(source, &self.contexts).unwrap_or_else(|| vec![vec![0.0; rows]; columns]);
+        match source {
             Source::Mechanism { definition, .. } => {
-                let factor = left_of(entry.code, definition.id, carriage_kg.unwrap_or(KNOWN_MASS_KG));
-                let columns = if free && definition.id == Id::ForceGain {
-                    let hung = dead_weight_n(entry.code);
-                    vec![(0..weights.len()).map(|n| if n < half { 0.0 } else { hung }).collect()]
-                } else {
-                    raw_columns(source, &contexts).unwrap_or_else(none)
-                };
-                (factor, columns)
+                let factor = left_of(self.code, definition.id, self.carriage_kg);
+                if !(self.is_free && definition.id == Id::ForceGain) {
+                    return (factor, shown());
+                }
+                // before the dead weight hangs on the sensor, it is free
+                let hung = dead_weight_n(self.code);
+                (factor, vec![(0..rows).map(|n| if n < rows / 2 { 0.0 } else { hung }).collect()])
             }
-            Source::Shift { parameter } => (f64::from(!free), vec![tangent[*parameter].clone()]),
-            Source::Story { .. } => (f64::from(!free), raw_columns(source, &contexts).unwrap_or_else(none)),
-        };
-        columns.into_iter().map(|column| column.into_iter().map(|x| factor * x).collect()).collect()
-    };
-    let white = |column: &[f64]| -> Vec<f32> {
-        let of = |(x, weight): (&f64, &f64)| if x.is_finite() { (x * weight) as f32 } else { 0.0 };
-        column.iter().zip(&weights).map(of).collect()
-    };
-    let whites = |source: &Source, count: usize| -> Vec<Vec<f32>> {
-        raw(source, count).iter().map(|column| white(column)).collect()
-    };
-    let law = |parameter| whites(&Source::Shift { parameter }, 1);
-    let mut columns: Vec<Vec<f32>> = (0..parts.law).flat_map(law).collect();
-    for source in &parts.others {
-        let count = match source {
-            Source::Mechanism { definition, form, .. } => definition.forms[*form].amplitudes.len(),
-            Source::Shift { .. } => 1,
-            Source::Story { curve } => story::count(curve),
-        };
-        columns.extend(whites(source, count));
+            Source::Shift { parameter } => (f64::from(!self.is_free), vec![self.tangent[*parameter].clone()]),
+            Source::Story { .. } => (f64::from(!self.is_free), shown()),
+        }
     }
-    for rival in &parts.sources {
-        let own = whites(&rival.source, rival.amplitudes.len());
-        let slopes: Vec<Vec<f32>> = rival
-            .moved
-            .iter()
-            .map(|source| slope(&own, &whites(source, rival.amplitudes.len()), &rival.amplitudes))
-            .collect();
-        columns.extend(own);
-        columns.extend(slopes);
+
+    /// Columns of a source in units of the noise; `columns`: their number.
+    fn white(&self, source: &Source, columns: usize) -> Vec<Vec<f32>> {
+        let (factor, raw) = self.raw(source, columns);
+        let of = |(x, weight): (&f64, &f64)| {
+            let force = factor * x;
+            if force.is_finite() { (force * weight) as f32 } else { 0.0 }
+        };
+        raw.iter().map(|column| column.iter().zip(&self.weights).map(of).collect()).collect()
     }
-    (columns.len() == parts.rivals.last().map_or(0, |last| last.slopes.end)).then_some(columns)
 }
 
 #[cfg(test)]

@@ -15,71 +15,94 @@ const LARGEST_N: f64 = 1e9;
 /// Fewest rows for a judgement.
 pub(crate) const FEWEST_ROWS: usize = 200;
 
-/// Marks the rows of one run that can be compared, and counts the others.
-///
-/// The law has no value at rest. Around a start, a stop or a reversal (within the window of differentiation), and after
-/// a break, the sign of the velocity is unknown. `recorded`: that sign before smoothing of the velocity; `unresolved`:
-/// rows of unknown acceleration, if any.
-pub(crate) fn compared(
-    run: &Run,
-    motion: &Motion,
-    steady: &Steady,
-    recorded: &[f64],
-    unresolved: &[bool],
-    is_averaged: bool,
-    quality: &mut DataQuality,
-) -> Vec<bool> {
-    let rows = run.len();
-    let mut keep = vec![true; rows];
-    let mut reject = |name, which: &mut dyn FnMut(usize) -> bool| {
-        let mut count = 0;
-        for (n, keep) in keep.iter_mut().enumerate() {
-            if *keep && which(n) {
-                *keep = false;
-                count += 1;
+/// What decides which rows of a run can be compared.
+pub(crate) struct Comparable<'a> {
+    pub(crate) run: &'a Run,
+    pub(crate) motion: &'a Motion,
+    pub(crate) steady: &'a Steady,
+    /// Sign of the velocity before it was smoothed.
+    pub(crate) recorded: &'a [f64],
+    /// Rows of unknown acceleration, if any.
+    pub(crate) unresolved: &'a [bool],
+    pub(crate) is_averaged: bool,
+}
+
+impl<'a> Comparable<'a> {
+    /// Of a run that was simulated: nothing was smoothed or averaged.
+    pub(crate) fn as_driven(run: &'a Run, motion: &'a Motion, steady: &'a Steady) -> Self {
+        Comparable { run, motion, steady, recorded: &steady.direction, unresolved: &[], is_averaged: false }
+    }
+
+    /// Marks the rows that can be compared, and counts the others.
+    ///
+    /// The law has no value at rest. Around a start, a stop or a reversal (within the window of differentiation), and
+    /// after a break, the sign of the velocity is unknown.
+    pub(crate) fn rows(&self, quality: &mut DataQuality) -> Vec<bool> {
+        let Comparable { run, motion, steady, recorded, unresolved, is_averaged } = *self;
+        let rows = run.len();
+        let mut keep = vec![true; rows];
+        let mut reject = |name, which: &mut dyn FnMut(usize) -> bool| {
+            let mut count = 0;
+            for (n, keep) in keep.iter_mut().enumerate() {
+                if *keep && which(n) {
+                    *keep = false;
+                    count += 1;
+                }
+            }
+            if count > 0 {
+                *quality.rejected.entry(name).or_insert(0) += count;
+            }
+        };
+        reject("no-finite-force", &mut |n| !run.drag_force_n[n].is_finite());
+        let clipped = beside_clipped(run);
+        reject(CLIPPED, &mut |n| clipped[n]);
+        reject("slower-than-zero-speed", &mut |n| steady.direction[n] == 0.0 || recorded[n] == 0.0);
+        let near = self.near_turns();
+        reject("around-start-stop-reversal", &mut |n| near[n]);
+        let blur = blur_m_s(run, motion);
+        reject("speed-not-resolved", &mut |n| blur[n] > RESOLVED * motion.velocity_m_s[n].abs());
+        reject("acceleration-not-resolved", &mut |n| unresolved.get(n) == Some(&true));
+        let step_s = run.step_s();
+        let changes = |n: usize| motion.acceleration_m_s2[n].abs() * step_s > STEADY * motion.velocity_m_s[n].abs();
+        reject("speed-changes-within-average", &mut |n| is_averaged && changes(n));
+        reject("law-without-value", &mut |n| !steady.force_n[n].is_finite());
+        quality.samples += rows;
+        quality.gaps += run.parts.iter().filter(|part| matches!(part.starts, Break::Gap | Break::ClockJump)).count();
+        quality.used += keep.iter().filter(|keep| **keep).count();
+        keep
+    }
+
+    /// Rows around a start, a stop or a reversal, and after a break.
+    fn near_turns(&self) -> Vec<bool> {
+        let (direction, recorded, reach) = (&self.steady.direction, self.recorded, self.motion.reach);
+        let mut near = vec![false; self.run.len()];
+        for part in &self.run.parts {
+            // a part after a break begins like a turn: how the carriage got there was not recorded
+            if !matches!(part.starts, Break::Start) {
+                near[part.rows.start..(part.rows.start + reach).min(part.rows.end)].fill(true);
+            }
+            for n in part.rows.clone().skip(1) {
+                if direction[n] != direction[n - 1] || recorded[n] != recorded[n - 1] {
+                    let from = n.saturating_sub(reach).max(part.rows.start);
+                    near[from..(n + reach).min(part.rows.end)].fill(true);
+                }
             }
         }
-        if count > 0 {
-            *quality.rejected.entry(name).or_insert(0) += count;
-        }
-    };
-    reject("no-finite-force", &mut |n| !run.drag_force_n[n].is_finite());
+        near
+    }
+}
+
+/// Rows beside one at an end of the force channel.
+fn beside_clipped(run: &Run) -> Vec<bool> {
     let ends = ChannelEnds::of(&run.drag_force_n);
-    let mut clipped = vec![false; rows];
+    let mut clipped = vec![false; run.len()];
     for part in &run.parts {
         for n in part.rows.clone().filter(|n| ends.has(run.drag_force_n[*n])) {
             let from = n.saturating_sub(BESIDE_CLIPPED).max(part.rows.start);
             clipped[from..(n + BESIDE_CLIPPED + 1).min(part.rows.end)].fill(true);
         }
     }
-    reject(CLIPPED, &mut |n| clipped[n]);
-    let direction = &steady.direction;
-    reject("slower-than-zero-speed", &mut |n| direction[n] == 0.0 || recorded[n] == 0.0);
-    let mut near = vec![false; rows];
-    for part in &run.parts {
-        // a part after a break begins like a turn: how the carriage got there was not recorded
-        if !matches!(part.starts, Break::Start) {
-            near[part.rows.start..(part.rows.start + motion.reach).min(part.rows.end)].fill(true);
-        }
-        for n in part.rows.clone().skip(1) {
-            if direction[n] != direction[n - 1] || recorded[n] != recorded[n - 1] {
-                let from = n.saturating_sub(motion.reach).max(part.rows.start);
-                near[from..(n + motion.reach).min(part.rows.end)].fill(true);
-            }
-        }
-    }
-    reject("around-start-stop-reversal", &mut |n| near[n]);
-    let blur = blur_m_s(run, motion);
-    reject("speed-not-resolved", &mut |n| blur[n] > RESOLVED * motion.velocity_m_s[n].abs());
-    reject("acceleration-not-resolved", &mut |n| unresolved.get(n) == Some(&true));
-    let step_s = run.step_s();
-    let changes = |n: usize| motion.acceleration_m_s2[n].abs() * step_s > STEADY * motion.velocity_m_s[n].abs();
-    reject("speed-changes-within-average", &mut |n| is_averaged && changes(n));
-    reject("law-without-value", &mut |n| !steady.force_n[n].is_finite());
-    quality.samples += rows;
-    quality.gaps += run.parts.iter().filter(|part| matches!(part.starts, Break::Gap | Break::ClockJump)).count();
-    quality.used += keep.iter().filter(|keep| **keep).count();
-    keep
+    clipped
 }
 
 /// Largest accepted relative error of the speed: friction at low speed changes with its logarithm.
@@ -398,7 +421,7 @@ mod tests {
         };
         let motion = Motion::of(&run);
         let steady = Steady { force_n: vec![20.0; 1000], direction: vec![1.0; 1000], ..Steady::default() };
-        let keep = compared(&run, &motion, &steady, &steady.direction, &[], false, &mut DataQuality::default());
+        let keep = Comparable::as_driven(&run, &motion, &steady).rows(&mut DataQuality::default());
         let left_out: Vec<usize> = (0..1000).filter(|n| !keep[*n]).collect();
         let behind = |start: usize| start..start + motion.reach;
         assert_eq!(left_out, behind(300).chain(behind(600)).chain(behind(900)).collect::<Vec<usize>>());

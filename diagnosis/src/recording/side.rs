@@ -8,7 +8,7 @@ use simulation::run::Run;
 use crate::nominal::Nominal;
 use crate::recording::moving::Moving;
 use crate::recording::resolution::unresolved;
-use crate::recording::sanity::{self, ChannelEnds};
+use crate::recording::sanity::{ChannelEnds, Comparable};
 use crate::report::DataQuality;
 
 /// Runs with everything derived from their motion.
@@ -56,15 +56,15 @@ impl<'a> Side<'a> {
             moving.runs.iter().zip(&moving.motions).zip(&moving.smooth).zip(&moving.recorded)
         {
             let context = Context::of(&complete, run, smooth).map_err(|why| said(run, &why))?;
-            side.compared.extend(sanity::compared(
+            let comparable = Comparable {
                 run,
                 motion,
-                &context.steady,
-                &complete.direction(recorded),
-                &unresolved(nominal, run, motion),
+                steady: &context.steady,
+                recorded: &complete.direction(recorded),
+                unresolved: &unresolved(nominal, run, motion),
                 is_averaged,
-                quality,
-            ));
+            };
+            side.compared.extend(comparable.rows(quality));
             let ends = ChannelEnds::of(&run.drag_force_n);
             side.clipped.extend(run.drag_force_n.iter().map(|force| ends.has(*force)));
             side.limit_n = ends.limit_n().into_iter().chain(side.limit_n).min_by(f64::total_cmp);
