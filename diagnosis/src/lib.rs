@@ -52,4 +52,4 @@ mod recording;
 pub mod report;
 mod search;
 
-pub use engine::{Options, Outcome, diagnose};
+pub use engine::{Options, Outcome, Refused, diagnose};

@@ -2,7 +2,7 @@
 #![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use diagnosis::report::{Diagnosis, Verdict};
-use diagnosis::{Options, Outcome, diagnose};
+use diagnosis::{Options, Outcome, Refused, diagnose};
 use simulation::Simulation;
 use simulation::motion::Motion;
 use simulation::profile::{Conditions, Course, Order, Staircase};
@@ -333,9 +333,10 @@ fn a_time_in_minutes_is_no_recording_of_a_carriage() {
     let read = outcome(&run, &simulation).diagnosis;
     assert_eq!(read.verdict, Verdict::Match, "{:?}", read.data_quality.warnings);
     run.time_s.iter_mut().for_each(|t| *t /= 60.0);
-    let refused = outcome(&run, &simulation).diagnosis;
-    assert_eq!(refused.verdict, Verdict::InsufficientData);
-    assert!(refused.data_quality.warnings.iter().any(|line| line.contains("the unit of time")), "{refused:?}");
+    let Outcome { diagnosis, refused, .. } = outcome(&run, &simulation);
+    assert_eq!(diagnosis.verdict, Verdict::InsufficientData);
+    assert!(diagnosis.data_quality.warnings.iter().any(|line| line.contains("the unit of time")), "{diagnosis:?}");
+    assert!(matches!(refused, Some(Refused::File(_))), "{refused:?}");
 }
 
 #[test]

@@ -214,6 +214,38 @@ fn the_same_input_gives_the_same_bytes_from_one_thread_or_two() {
 }
 
 /// A simulation file that is none is unusable data, as it is to every other command that reads one.
+/// What one can do about it differs: another run, or another file.
+#[test]
+fn a_motion_that_allows_no_judgement_is_told_from_a_file_of_no_use() {
+    let folder = folder("refused");
+    let (guide, lawless) = (folder.join("guide.toml"), folder.join("lawless.toml"));
+    fs::write(&guide, SIMULATION).unwrap();
+    fs::write(&lawless, "schema = \"guideblock.simulation/1\"\n").unwrap();
+    let file = |name: &str, row: &dyn Fn(f64) -> [f64; 2]| {
+        let rows = (0..2000).map(|n| {
+            let [position_m, drag_n] = row(f64::from(n) * 0.01);
+            format!("{},{position_m},{},3000\n", f64::from(n) * 0.01, drag_n + 0.1 * f64::from(n * 7919 % 13))
+        });
+        let path = folder.join(name);
+        fs::write(&path, "time_s,position_m,drag_force_n,preload_n\n".to_owned() + &rows.collect::<String>()).unwrap();
+        path.display().to_string()
+    };
+    let sound = file("sound.csv", &|time_s| [0.1 * time_s.sin(), 20.0 * time_s.cos().signum()]);
+    let still = file("still.csv", &|_| [0.1, 0.0]);
+    let other_unit = file("other-unit.csv", &|time_s| [15.0 * time_s.sin(), 20.0 * time_s.cos().signum()]);
+    for (recording, simulation, expected, reason) in [
+        (&still, &guide, 0, "the carriage hardly moves"),
+        (&other_unit, &guide, 3, "the carriage would move at"),
+        (&sound, &lawless, 3, "no column simulated_force_n"),
+    ] {
+        let (status, found, stderr) = diagnose(&[recording], simulation, &[]);
+        assert_eq!((status, &found["verdict"]), (Some(expected), &"insufficient-data".into()), "{recording}: {stderr}");
+        assert!(found["data_quality"]["warnings"].to_string().contains(reason), "{recording}: {found:#}");
+        // what is wrong with a file is said where messages go, too
+        assert_eq!(stderr.contains(reason), expected == 3, "{recording}: {stderr}");
+    }
+}
+
 #[test]
 fn a_bad_simulation_file_has_the_status_of_bad_data() {
     let folder = folder("bad");

@@ -1,7 +1,7 @@
 //! The law and the noise, learned from the rows that teach, and learned anew from fewer wherever rows are set aside.
 
 use super::prepared::Prepared;
-use super::shifts;
+use super::{Refused, shifts};
 use crate::answer::play::Play;
 use crate::answer::scores::Held;
 use crate::beside::events::{self, Spots};
@@ -34,14 +34,14 @@ pub(super) enum Anew<'l> {
 
 impl<'p> Learned<'p> {
     /// Calibrates the law on the rows that can be compared and are not held out.
-    pub(super) fn of(prepared: &'p Prepared<'p>, side: Side<'p>) -> Result<Self, String> {
+    pub(super) fn of(prepared: &'p Prepared<'p>, side: Side<'p>) -> Result<Self, Refused> {
         let training: Vec<bool> =
             side.compared.iter().zip(&prepared.split.held).map(|(compared, held)| *compared && !held).collect();
         let rows = Rows::new(side.runs, &training, prepared.coarsest);
         if rows.len() < FEWEST_ROWS {
-            return Err(format!("only {} rows are left beside those set aside", rows.len()));
+            return Err(Refused::Motion(format!("only {} rows are left beside those set aside", rows.len())));
         }
-        Learned::calibrated(prepared, training, rows, side)
+        Ok(Learned::calibrated(prepared, training, rows, side)?)
     }
 
     fn calibrated(

@@ -3,11 +3,13 @@
 //! ```text
 //! prepared     runs, checked, averaged, joined and smoothed
 //! learned      law and noise, learned anew wherever rows are set aside
+//! refused      why runs allow no judgement
 //! shifts       the search around the law, with its own parameters shifted or not
 //! ```
 
 mod learned;
 mod prepared;
+mod refused;
 mod shifts;
 
 use simulation::Simulation;
@@ -22,6 +24,7 @@ use crate::report::{DataQuality, Diagnosis, Holdout, SCHEMA, Unexplained, Verdic
 
 use learned::{Anew, Learned};
 use prepared::Prepared;
+pub use refused::Refused;
 
 /// How to diagnose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -37,6 +40,8 @@ pub struct Outcome {
     pub diagnosis: Diagnosis,
     /// The simulation with calibrated parameters and the causes added; `None` where there was nothing to compare.
     pub augmented: Option<Simulation>,
+    /// Why there was nothing to compare; `None` where there was.
+    pub refused: Option<Refused>,
 }
 
 /// Compares runs, in the order of their clocks, with a simulation. `holdout` is only scored, after the search; without
@@ -46,12 +51,12 @@ pub fn diagnose(runs: &[Run], holdout: &[Run], simulation: &Simulation, options:
     let asked = Asked { runs, holdout, simulation, seed: options.seed };
     match attempt(&asked, &mut quality) {
         Ok(outcome) => outcome,
-        Err(reason) => {
+        Err(refused) => {
             if quality.samples == 0 {
                 quality.samples = runs.iter().map(Run::len).sum();
             }
-            quality.warnings.push(reason);
-            Outcome { diagnosis: insufficient(quality), augmented: None }
+            quality.warnings.push(refused.reason().to_owned());
+            Outcome { diagnosis: insufficient(quality), augmented: None, refused: Some(refused) }
         }
     }
 }
@@ -90,7 +95,7 @@ impl Asked<'_> {
     }
 }
 
-fn attempt(asked: &Asked<'_>, quality: &mut DataQuality) -> Result<Outcome, String> {
+fn attempt(asked: &Asked<'_>, quality: &mut DataQuality) -> Result<Outcome, Refused> {
     let prepared = Prepared::of(asked, quality)?;
     let mut learned = Learned::of(&prepared, prepared.side(quality)?)?;
     let mut spots = learned.spots();
@@ -119,5 +124,5 @@ fn attempt(asked: &Asked<'_>, quality: &mut DataQuality) -> Result<Outcome, Stri
     let case = learned.case(given, seen_from_m);
     let proof = scores::score(&case, &learned.held(asked.seed), &found, &aside)?;
     let (diagnosis, augmented) = answer::write(&case, &found, &aside, proof, quality)?;
-    Ok(Outcome { diagnosis, augmented: Some(augmented) })
+    Ok(Outcome { diagnosis, augmented: Some(augmented), refused: None })
 }

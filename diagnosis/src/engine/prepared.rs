@@ -6,7 +6,7 @@ use simulation::Simulation;
 use simulation::run::Run;
 use simulation::session::joined;
 
-use super::Asked;
+use super::{Asked, Refused};
 use crate::answer::proof::Split;
 use crate::beside::ringing::Ringing;
 use crate::beside::speed::{self, SetAside};
@@ -45,7 +45,7 @@ pub(super) struct Prepared<'s> {
 
 impl<'s> Prepared<'s> {
     /// Checks the runs, and averages, joins and smooths them. Defects are added to the warnings.
-    pub(super) fn of(asked: &Asked<'s>, quality: &mut DataQuality) -> Result<Self, String> {
+    pub(super) fn of(asked: &Asked<'s>, quality: &mut DataQuality) -> Result<Self, Refused> {
         let simulation = asked.simulation;
         let nominal = Nominal::new(simulation);
         check_channels(asked.runs, quality)?;
@@ -77,7 +77,7 @@ impl<'s> Prepared<'s> {
     }
 
     /// Everything derived from the runs, with the law as given, where that allows a judgement.
-    pub(super) fn side(&self, quality: &mut DataQuality) -> Result<Side<'_>, String> {
+    pub(super) fn side(&self, quality: &mut DataQuality) -> Result<Side<'_>, Refused> {
         let (nominal, start) = (&self.nominal, self.nominal.start());
         let side = Side::new(self.simulation, nominal, &start, &self.moving, self.together > 1, quality)?;
         quality.count_averages(self.together);
@@ -89,12 +89,12 @@ impl<'s> Prepared<'s> {
             sanity::scale(rms(&compared(&side.drag_n)), rms(&compared(&simulated)), quality);
         }
         if quality.used < sanity::FEWEST_ROWS {
-            return Err(format!(
+            return Err(Refused::Motion(format!(
                 "{} of {} rows can be compared; at least {} are needed: the carriage hardly moves, or the law lacks an input",
                 quality.used,
                 quality.samples,
                 sanity::FEWEST_ROWS
-            ));
+            )));
         }
         Ok(side)
     }
@@ -113,16 +113,17 @@ impl<'s> Prepared<'s> {
     }
 }
 
-fn check_channels(runs: &[Run], quality: &mut DataQuality) -> Result<(), String> {
+fn check_channels(runs: &[Run], quality: &mut DataQuality) -> Result<(), Refused> {
     if runs.is_empty() {
-        return Err("no run to diagnose".to_owned());
+        return Err(Refused::File("no run to diagnose".to_owned()));
     }
-    runs.iter().try_for_each(|run| sanity::channels(run, quality).map_or(Ok(()), Err))
+    let bad = |run| sanity::channels(run, quality);
+    runs.iter().find_map(bad).map_or(Ok(()), |reason| Err(Refused::File(reason)))
 }
 
-fn check_moves(recorded: &Moving<'_>, quality: &mut DataQuality) -> Result<(), String> {
-    let mut all = recorded.runs.iter().zip(&recorded.motions);
-    all.try_for_each(|(run, motion)| sanity::moves(run, motion, quality).map_or(Ok(()), Err))
+fn check_moves(recorded: &Moving<'_>, quality: &mut DataQuality) -> Result<(), Refused> {
+    let bad = |(run, motion)| sanity::moves(run, motion, quality);
+    recorded.runs.iter().zip(&recorded.motions).find_map(bad).map_or(Ok(()), |reason| Err(Refused::File(reason)))
 }
 
 /// What starts and stops of the runs as recorded tell of a delay between motion and force, and of skewed clocks.

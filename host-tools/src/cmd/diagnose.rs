@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use diagnosis::report::{Diagnosis, Verdict};
-use diagnosis::{Options, diagnose};
+use diagnosis::{Options, Refused, diagnose};
 use host_tools::diagnosed;
 use host_tools::recording::{Losses, Mapping};
 use host_tools::report::number::{short, significant, with_space};
@@ -24,7 +24,7 @@ use super::{Failure, output, seed};
 /// within its tolerance, locates what is left, names the physics or the sensor fault behind it, and
 /// scores the result on rows that the search has not seen.
 ///
-/// Exit status 0: nothing is missing, or the recording was read and allows no judgement (verdict
+/// Exit status 0: nothing is missing, or the motion of a sound recording allows no judgement (verdict
 /// insufficient-data); 1: something is missing; 2: wrong usage, a file that is not there; 3: a
 /// recording or simulation file of which nothing can be used.
 #[derive(clap::Args)]
@@ -109,9 +109,10 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
         Err(Failure::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => {}
         told => told?,
     }
-    match diagnosis.verdict {
-        Verdict::Match | Verdict::InsufficientData => Ok(()),
-        Verdict::Explained | Verdict::Unexplained | Verdict::Ambiguous => Err(Failure::Check),
+    match (diagnosis.verdict, outcome.refused) {
+        (_, Some(Refused::File(why))) => Err(Failure::Data(why)),
+        (Verdict::Match | Verdict::InsufficientData, _) => Ok(()),
+        (Verdict::Explained | Verdict::Unexplained | Verdict::Ambiguous, _) => Err(Failure::Check),
     }
 }
 
