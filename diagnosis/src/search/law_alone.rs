@@ -51,13 +51,18 @@ pub(crate) fn law_alone<'s>(
     }
     // twice the gain is the square of a standard normal variable
     let p = (libm::erfc(beyond.sqrt()) * can_shift.len() as f64).min(1.0);
-    let mut found = beside(case, rows, &mut pool, &free, (&here, p), tolerated, None)?;
+    let off = Off { causes: &free, bottom: &here, p_no_mismatch: p };
+    let mut found = off.found(case, rows, &mut pool, tolerated, None)?;
+    if let Some(found) = &mut found {
+        off.keep_rivals(case, rows, found)?;
+    }
     if let Some(several) = &found
         && several.members.len() > 1
         && let Some((set, there)) = one_instead(case, rows, (several, &pool), &here, price)?
     {
         let one = set.candidates[..1].to_vec();
-        found = beside(case, rows, &mut pool, &one, (&there, p), tolerated, Some(set))?.or(found);
+        let off = Off { causes: &one, bottom: &there, p_no_mismatch: p };
+        found = off.found(case, rows, &mut pool, tolerated, Some(set))?.or(found);
     }
     *kept = Some((rows.clone(), pool));
     Ok(found)
@@ -96,66 +101,74 @@ fn numbers_off(
     Ok((free, here))
 }
 
-/// The result for these causes, where the law has settled beside them, with their rivals if already known; `None` where
-/// a cause is doubted.
-fn beside<'s>(
-    case: &Case<'s>,
-    rows: &Rows,
-    pool: &mut Pool,
-    free: &[Candidate],
-    (bottom, p_no_mismatch): (&Bottom, f64),
-    tolerated: &[f64],
-    set: Option<Set>,
-) -> Result<Option<Found<'s>>, String> {
-    let Case { given: Given { nominal, .. }, side, saturation, .. } = *case;
-    let values = bottom.values.clone();
-    let (mismatch, tangent) = (side.residual(nominal, &values)?, side.tangent(nominal, &values)?);
-    let mut bench = case.around(rows, &values)?;
-    let mut members = Vec::with_capacity(free.len());
-    let mut extra = Vec::new();
-    for candidate in bench.candidates(free.iter().map(|cause| cause.source.clone())) {
-        extra.extend(bench.raw(&candidate.source).unwrap_or_default());
-        members.push(bench.take(candidate));
-    }
-    let doubts = doubts(&bench, &bench.fit_members(&members), &members);
-    if doubts.iter().any(Option::is_some) {
-        return Ok(None);
-    }
-    let left = saturation.rest(rows, &side.contexts, &mismatch, &tangent, &extra);
-    let noise_n = noise_rms(rows, &left);
-    let is_told = set.is_some();
-    let mut found = Causes {
-        bench,
-        members,
-        doubts,
-        values,
-        has_landed: true,
-        p_no_mismatch,
-        noise_n,
-        irrelevant_n: Matters::of(case, rows, &mismatch)?.irrelevant_n(),
-        left,
-        coarse_step_n: case.coarse_step_n(noise_n),
-        sets: set.map(|set| vec![set]),
-    }
-    .found(case, pool, tolerated)?;
-    if is_told {
-        return Ok(Some(found));
-    }
-    // what is equivalent to a cause in the linearised law need not be so along the law itself
-    for at in 0..found.members.len() {
-        let own = found.members[at].candidate.source.clone();
-        let others = without(&found.members, at);
-        let mut rivals = Vec::new();
-        for rival in std::mem::take(&mut found.sets[at].candidates) {
-            let is_one = rival.source.is_kin(&own) || {
-                let valley = case.valley(rows, causes(&others).chain([&rival]));
-                0.5 * (valley.lowest(&found.with_shifts, &[&nominal.start()])?.left - bottom.left) < TIE
-            };
-            rivals.extend(is_one.then_some(rival));
+/// Causes, and where the law has settled beside them.
+struct Off<'a> {
+    causes: &'a [Candidate],
+    bottom: &'a Bottom,
+    p_no_mismatch: f64,
+}
+
+impl Off<'_> {
+    /// The result for these causes, with the rivals of the only one if already known; `None` where a cause is doubted.
+    fn found<'s>(
+        &self,
+        case: &Case<'s>,
+        rows: &Rows,
+        pool: &mut Pool,
+        tolerated: &[f64],
+        set: Option<Set>,
+    ) -> Result<Option<Found<'s>>, String> {
+        let Case { given: Given { nominal, .. }, side, saturation, .. } = *case;
+        let values = self.bottom.values.clone();
+        let (mismatch, tangent) = (side.residual(nominal, &values)?, side.tangent(nominal, &values)?);
+        let mut bench = case.around(rows, &values)?;
+        let mut members = Vec::with_capacity(self.causes.len());
+        let mut extra = Vec::new();
+        for candidate in bench.candidates(self.causes.iter().map(|cause| cause.source.clone())) {
+            extra.extend(bench.raw(&candidate.source).unwrap_or_default());
+            members.push(bench.take(candidate));
         }
-        found.sets[at].candidates = rivals;
+        let doubts = doubts(&bench, &bench.fit_members(&members), &members);
+        if doubts.iter().any(Option::is_some) {
+            return Ok(None);
+        }
+        let left = saturation.rest(rows, &side.contexts, &mismatch, &tangent, &extra);
+        let noise_n = noise_rms(rows, &left);
+        let causes = Causes {
+            bench,
+            members,
+            doubts,
+            values,
+            has_landed: true,
+            p_no_mismatch: self.p_no_mismatch,
+            noise_n,
+            irrelevant_n: Matters::of(case, rows, &mismatch)?.irrelevant_n(),
+            left,
+            coarse_step_n: case.coarse_step_n(noise_n),
+            sets: set.map(|set| vec![set]),
+        };
+        causes.found(case, pool, tolerated).map(Some)
     }
-    Ok(Some(found))
+
+    /// Drops rivals that do not tie along the law itself: what is equivalent to a cause in the linearised law need not
+    /// be so there.
+    fn keep_rivals(&self, case: &Case<'_>, rows: &Rows, found: &mut Found<'_>) -> Result<(), String> {
+        let start = case.given.nominal.start();
+        for at in 0..found.members.len() {
+            let own = found.members[at].candidate.source.clone();
+            let others = without(&found.members, at);
+            let mut rivals = Vec::new();
+            for rival in std::mem::take(&mut found.sets[at].candidates) {
+                let is_one = rival.source.is_kin(&own) || {
+                    let valley = case.valley(rows, causes(&others).chain([&rival]));
+                    0.5 * (valley.lowest(&found.with_shifts, &[&start])?.left - self.bottom.left) < TIE
+                };
+                rivals.extend(is_one.then_some(rival));
+            }
+            found.sets[at].candidates = rivals;
+        }
+        Ok(())
+    }
 }
 
 /// Causes each of which explains what several parameters of the law do together at a lower cost, and where the law
