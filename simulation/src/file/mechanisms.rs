@@ -96,10 +96,6 @@ fn form(definition: &'static Definition, item: &Item<'_>) -> Result<(usize, &'st
 /// Largest number of a form, in its unit: with larger ones forces would overflow.
 const LARGEST: f64 = 1e12;
 
-/// The same of forces and of what grows with speed: as large as the law's own may be.
-const LARGEST_N: f64 = 1e6;
-const LARGEST_N_S_M: f64 = 1e7;
-
 /// What a number of a form may be.
 #[derive(Clone, Copy)]
 struct Legal {
@@ -136,15 +132,10 @@ fn numbers(form: &'static Form) -> impl Iterator<Item = (&'static str, &'static 
         (p.name, p.unit, legal)
     });
     let amplitudes = form.amplitudes.iter().map(|a| {
-        let most = match a.unit {
-            "N" => LARGEST_N,
-            "N s/m" => LARGEST_N_S_M,
-            _ => LARGEST,
-        };
         let legal = match a.sign {
-            Sign::Positive => Legal::between(0.0, most),
-            Sign::Negative => Legal::between(-most, 0.0),
-            Sign::Free => Legal::between(-most, most),
+            Sign::Positive => Legal::between(0.0, LARGEST),
+            Sign::Negative => Legal::between(-LARGEST, 0.0),
+            Sign::Free => Legal::between(-LARGEST, LARGEST),
         };
         (a.name, a.unit, legal)
     });

@@ -218,8 +218,8 @@ fn mistakes_have_line_column_and_what_would_be_right() {
         ),
         ("[[mechanism]]\nid = \"seal-drag\"", "line 3, column 1: seal-drag of form \"minimal\" needs drag_n in N"),
         (
-            "[[mechanism]]\nid = \"seal-drag\"\ndrag_n = 1e9",
-            "line 4, column 10: mechanism.drag_n must be 0 or above, and at most 1e6 N, not 1000000000",
+            "[[mechanism]]\nid = \"seal-drag\"\ndrag_n = 1e13",
+            "line 4, column 10: mechanism.drag_n must be 0 or above, and at most 1e12 N, not 10000000000000",
         ),
         (
             "[[mechanism]]\nid = \"seal-drag\"\ndrag_n = 2\n[[mechanism]]\nid = \"seal-drag\"\ndrag_n = 2.0",
@@ -227,7 +227,7 @@ fn mistakes_have_line_column_and_what_would_be_right() {
         ),
         (
             "[[mechanism]]\nid = \"seal-drag\"\ndrag_n = -1",
-            "line 4, column 10: mechanism.drag_n must be 0 or above, and at most 1e6 N, not -1",
+            "line 4, column 10: mechanism.drag_n must be 0 or above, and at most 1e12 N, not -1",
         ),
         (
             "[[mechanism]]\nid = \"run-in\"\nlength_m = 0\ndrag_n = 1",
