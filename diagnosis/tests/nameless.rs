@@ -121,3 +121,22 @@ fn a_chain_that_only_bends_stands_in_and_one_that_pulls_is_named() {
     assert!(bends.mechanisms[0].statement.contains("cable-chain comes nearest"), "{:?}", bends.mechanisms);
     assert_eq!(ids(&of(60.0)), ["cable-chain"]);
 }
+
+/// A noise law takes on the spectrum of a sound, and whitening hides it: what is loud at some times only is no noise.
+#[test]
+fn a_neighbour_that_runs_up_and_down_is_no_noise() {
+    let clean = recorded(|_, _| 0.0);
+    let with = |newtons: f64| {
+        let mut run = clean.clone();
+        for (force, t) in run.drag_force_n.iter_mut().zip(&run.time_s) {
+            // from 5 to 20 Hz and back in 12 s
+            let phase = std::f64::consts::PI * 25.0 * t - 0.5 * 15.0 * 12.0 * (std::f64::consts::TAU * t / 12.0).cos();
+            *force += newtons * phase.sin();
+        }
+        outcome(&run, &Simulation::from_toml(GUIDE).unwrap()).diagnosis
+    };
+    assert_eq!(with(0.0).verdict, Verdict::Match);
+    let found = with(0.2);
+    assert_eq!(ids(&found), ["unknown"]);
+    assert!(found.mechanisms[0].statement.contains("comes and goes"), "{}", found.mechanisms[0].statement);
+}
