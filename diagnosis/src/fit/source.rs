@@ -109,6 +109,12 @@ impl Source {
         self.amplitudes() >= TABLE
     }
 
+    /// Shape parameter of this name, where its form has one.
+    pub(crate) fn number(&self, name: &str) -> Option<f64> {
+        let Source::Mechanism { definition, form, shape } = self else { return None };
+        definition.forms[*form].shape.iter().zip(shape).find(|(what, _)| what.name == name).map(|(_, value)| *value)
+    }
+
     /// Number of shape parameters.
     pub(crate) fn shapes(&self) -> usize {
         match self {

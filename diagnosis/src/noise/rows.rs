@@ -329,7 +329,7 @@ impl Rows {
         self.whiten_by(Whitening::of(&self.chained(told), most, kept));
         self.weights = vec![1.0; self.len()];
         let white: Vec<f64> = self.white(residual).into_iter().map(f64::from).collect();
-        let is_coarse = is_coarse(self.step_n, rms(&plain));
+        let is_coarse = is_coarse(self.step_n, self.decimation, rms(&plain));
         for (rows, plain_sigma) in self.groups.iter().zip(&scales) {
             let sigma = scale(&white[rows.clone()]);
             let mut sum = 0.0;

@@ -28,9 +28,10 @@ pub(crate) fn rounding(step: f64) -> f64 {
     step / 12.0f64.sqrt()
 }
 
-/// Whether a step is a fault of the channel, given the standard deviation of the noise, rounding included.
-pub(crate) fn is_coarse(step: f64, noise: f64) -> bool {
-    rounding(step) > COARSE * noise
+/// Whether a step is a fault of the channel, given the standard deviation of the noise, rounding included, of averages
+/// of `averaged` rows: rounding that noise dithers differs from row to row, and falls with their root.
+pub(crate) fn is_coarse(step: f64, averaged: usize, noise: f64) -> bool {
+    rounding(step) > COARSE * noise * (averaged.max(1) as f64).sqrt()
 }
 
 /// Variance of the rounding error that follows the force, given the standard deviation of the noise, rounding included.
@@ -61,5 +62,12 @@ mod tests {
         let share = |noise: f64| following(1.0, (noise * noise + 1.0 / 12.0).sqrt()) * 12.0;
         assert!((share(0.0) - 1.0).abs() < 1e-12 && (share(0.25) - 0.0848).abs() < 1e-3 && share(1.0) < 1e-15);
         assert_eq!(following(0.0, 1.0), 0.0);
+    }
+
+    #[test]
+    fn noise_of_single_rows_dithers_steps_that_averages_no_longer_show() {
+        // a step of the size of the noise, rounding included; averages of 16 rows have a quarter of both
+        assert!(!is_coarse(1.0, 1, 1.04) && is_coarse(1.0, 1, 0.5));
+        assert!(!is_coarse(1.0, 16, 1.04 / 4.0) && is_coarse(1.0, 16, 0.5 / 4.0));
     }
 }

@@ -75,8 +75,8 @@ impl<'s> Case<'s> {
         Valley { nominal: self.given.nominal, side: self.side, rows, training: self.training, causes }
     }
 
-    /// Quantisation step of the force channel, N, where it is a considerable part of the noise.
-    pub(crate) fn coarse_step_n(&self, noise_n: f64) -> Option<f64> {
-        self.given.step_n.filter(|step| is_coarse(*step, noise_n))
+    /// Quantisation step of the force channel, N, where it is a considerable part of the noise of the compared rows.
+    pub(crate) fn coarse_step_n(&self, rows: &Rows, noise_n: f64) -> Option<f64> {
+        self.given.step_n.filter(|step| is_coarse(*step, rows.decimation(), noise_n))
     }
 }

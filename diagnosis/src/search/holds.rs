@@ -56,11 +56,17 @@ pub(crate) struct Floor {
     pub(crate) inexact_n: f64,
     /// For all but the quantisation itself: what is smaller cannot be told from it.
     pub(crate) rounding_n: f64,
+    /// Whether quantisation steps are a considerable part of the noise; otherwise they are no cause.
+    pub(crate) is_coarse: bool,
 }
 
 impl Floor {
     fn of(&self, source: &Source) -> f64 {
-        let rounding_n = if source.is(Id::ForceQuantisation) { 0.0 } else { self.rounding_n };
+        let rounding_n = match (source.is(Id::ForceQuantisation), self.is_coarse) {
+            (true, true) => 0.0,
+            (true, false) => f64::INFINITY,
+            (false, _) => self.rounding_n,
+        };
         let inexact_n = if is_periodic(source) { 0.0 } else { self.inexact_n };
         self.any_n.max(rounding_n).max(inexact_n)
     }
@@ -233,9 +239,7 @@ pub(crate) fn may_leave(member: &Member, candidate: &Candidate) -> bool {
 
 /// Place of a cause of the given kind, m; `None` for another kind and for a cause without one place.
 fn place_m(source: &Source, id: Id) -> Option<f64> {
-    let Source::Mechanism { definition, form, shape } = source else { return None };
-    let mut numbers = definition.forms[*form].shape.iter().zip(shape);
-    numbers.find(|(what, _)| definition.id == id && what.name == "place_m").map(|(_, place_m)| *place_m)
+    source.number("place_m").filter(|_| source.is(id))
 }
 
 /// Finest detail along the rail that a cause can follow, m: the shortest order of a wave, the spacing of a table's

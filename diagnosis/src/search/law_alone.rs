@@ -144,7 +144,7 @@ impl Off<'_> {
             noise_n,
             irrelevant_n: Matters::of(case, rows, &mismatch)?.irrelevant_n(),
             left,
-            coarse_step_n: case.coarse_step_n(noise_n),
+            coarse_step_n: case.coarse_step_n(rows, noise_n),
             sets: set.map(|set| vec![set]),
         };
         causes.found(case, pool, tolerated).map(Some)

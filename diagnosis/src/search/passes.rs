@@ -131,7 +131,7 @@ impl<'s> Pass<'s> {
         let mut pool = prepared(case, rows, &bench, &tolerances, kept);
         let noise_n = noise_rms(rows, &rest(&[]));
         let matters = Matters::of(case, rows, &mismatch)?;
-        let floor = matters.floor(case, noise_n);
+        let floor = matters.floor(case, rows, noise_n);
         let searched = search(&mut bench, &mut pool, &tolerances, former, floor);
         let mut members = searched.members;
         let p_of_curve = open_set::extend(&mut bench, &mut pool, &tolerances, &mut members, floor, noise_of);
@@ -144,7 +144,7 @@ impl<'s> Pass<'s> {
             floor,
             p_no_mismatch: least_of([searched.p_no_mismatch, p_of_curve]),
             irrelevant_n: matters.irrelevant_n(),
-            coarse_step_n: case.coarse_step_n(noise_n),
+            coarse_step_n: case.coarse_step_n(rows, noise_n),
             left,
             values,
         })
@@ -285,11 +285,16 @@ impl Matters {
     }
 
     /// RMS forces from which a cause is worth reporting beside noise of this RMS, N.
-    fn floor(&self, case: &Case<'_>, noise_n: f64) -> Floor {
+    fn floor(&self, case: &Case<'_>, rows: &Rows, noise_n: f64) -> Floor {
         // a force that stays within one quantisation step is off by up to half a step, always to the same side
-        let coarse_step_n = case.coarse_step_n(noise_n);
+        let coarse_step_n = case.coarse_step_n(rows, noise_n);
         let rounding_n = coarse_step_n.map_or(case.given.step_n.map_or(0.0, rounding), |step| 0.5 * step);
-        Floor { any_n: self.relevant_n.max(FLOOR_OF_NOISE * noise_n), inexact_n: self.inexact_n, rounding_n }
+        Floor {
+            any_n: self.relevant_n.max(FLOOR_OF_NOISE * noise_n),
+            inexact_n: self.inexact_n,
+            rounding_n,
+            is_coarse: coarse_step_n.is_some(),
+        }
     }
 }
 
