@@ -235,12 +235,11 @@ impl<'a> Bench<'a> {
             }
             let against = |column: usize, (least, most): (f64, f64)| {
                 let x = fit.value_of(column);
-                let wrong = if most <= 0.0 {
-                    x
-                } else if least >= 0.0 {
-                    -x
-                } else {
-                    0.0
+                let wrong = match (least >= 0.0, most <= 0.0) {
+                    (true, true) => x.abs(),
+                    (true, false) => -x,
+                    (false, true) => x,
+                    (false, false) => 0.0,
                 };
                 (wrong * self.products.get(column, column).sqrt(), column)
             };
@@ -357,6 +356,7 @@ impl<'a> Bench<'a> {
             return None;
         }
         let mut bounds = source.bounds(columns.len());
+        self.told.bind(&source, &mut bounds);
         if let Some(edges) = &self.edges {
             edges.bind(&source, &mut bounds);
         }

@@ -1,4 +1,5 @@
-//! What the runs can show at all: the lengths that they pass over, and preloads and temperatures that differ.
+//! What the runs can show at all: the lengths that they pass over, the periods that they resolve, and preloads and
+//! temperatures that differ.
 
 use simulation::mechanism::{Context, Id, Search};
 use simulation::run::Run;
@@ -26,6 +27,8 @@ pub(super) struct Told {
     /// Stroke and travel of the longest run, m.
     stroke_m: f64,
     travel_m: f64,
+    /// Shortest period that the acceleration resolves, s.
+    period_s: f64,
     /// Both ends of what all runs pass over, m.
     pub(super) rail_m: (f64, f64),
 }
@@ -39,8 +42,20 @@ impl Told {
             has_warmed_unevenly: range_k(contexts, block_above_rail) >= WARMED_K,
             stroke_m: contexts.iter().map(|c| length_m(ends_m([c]))).fold(0.0, f64::max),
             travel_m: contexts.iter().filter_map(|c| c.travel_m.last().copied()).fold(0.0, f64::max),
+            period_s: contexts.iter().map(period_s).fold(0.0, f64::max),
             rail_m: ends_m(contexts),
         }
+    }
+
+    /// Keeps the mass of a ringing structure at zero where the acceleration does not resolve its period: such a mass follows
+    /// the errors of a derived acceleration.
+    pub(super) fn bind(&self, source: &Source, bounds: &mut [(f64, f64)]) {
+        let Source::Mechanism { definition, form, .. } = source else { return };
+        if definition.id != Id::StructuralResonance || highest_hz(source) * self.period_s <= 1.0 {
+            return;
+        }
+        let amplitudes = definition.forms[*form].amplitudes.iter().zip(bounds);
+        amplitudes.filter(|(what, _)| what.unit == "kg").for_each(|(_, bounds)| *bounds = (0.0, 0.0));
     }
 
     /// Whether the runs show at least half of every length of a source, and lengths since a turn are at least
@@ -62,6 +77,18 @@ impl Told {
             _ => true,
         })
     }
+}
+
+/// Shortest period that a run's acceleration resolves, s: 0 for a measured one, and for a derived one the window that it
+/// is derived over.
+fn period_s(context: &Context<'_>) -> f64 {
+    let window = 2.0 * context.motion.acceleration_reach as f64 + 1.0;
+    if context.run.acceleration_m_s2.is_some() { 0.0 } else { window * context.run.step_s().max(0.0) }
+}
+
+/// Highest frequency of a ringing structure, Hz; 0 for another source.
+fn highest_hz(source: &Source) -> f64 {
+    source.number("frequency_hz").map_or(0.0, |hz| hz * source.number("ratio").unwrap_or(1.0))
 }
 
 /// Both ends of what these runs pass over, m; the first lies beyond the second where there is none.
@@ -94,4 +121,54 @@ fn range_k(contexts: &[Context<'_>], of: impl Fn(&Run) -> Option<Vec<f64>>) -> f
     let few = (LEFT_OUT * all.len() as f64) as usize;
     let mut nth = |at: usize| *all.select_nth_unstable_by(at, f64::total_cmp).1;
     nth(last - few) - nth(few)
+}
+
+#[cfg(test)]
+mod tests {
+    use simulation::Simulation;
+    use simulation::mechanism::definition;
+    use simulation::motion::Motion;
+    use simulation::run::{Break, Part};
+
+    use super::*;
+
+    /// Strokes of 0.2 m at 500 Hz.
+    fn run() -> Run {
+        let time_s: Vec<f64> = (0..5000).map(|n| 0.002 * f64::from(n)).collect();
+        Run {
+            drag_force_n: vec![0.0; time_s.len()],
+            position_m: Some(time_s.iter().map(|t| 0.1 * (2.0 * t).sin()).collect()),
+            parts: vec![Part { rows: 0..time_s.len(), segment: None, starts: Break::Start }],
+            time_s,
+            ..Run::default()
+        }
+    }
+
+    #[test]
+    fn ringing_faster_than_a_derived_acceleration_has_no_mass() {
+        let law = "schema = \"guideblock.simulation/1\"\n[guide]\nlaw = \"coulomb-viscous\"\ncoulomb_n = 20.0\n\
+                   viscous_n_s_m = 200.0\noffset_n = 0.0\n[axis]\nmoved_mass_kg = 100.0\n";
+        let simulation = Simulation::from_toml(law).expect("legal");
+        let derived = run();
+        let measured = Run { acceleration_m_s2: Some(vec![0.0; derived.len()]), ..derived.clone() };
+        let highest_hz = |run: &Run| {
+            let motion = Motion::of(run);
+            let contexts = [Context::of(&simulation, run, &motion).expect("complete")];
+            let told = Told::of(&contexts);
+            let of = |hz: &f64| Source::Mechanism {
+                definition: definition(Id::StructuralResonance),
+                form: 0,
+                shape: vec![*hz, 0.05],
+            };
+            let has_mass = |hz: &f64| {
+                let mut bounds = [(0.0, 1.0); 2];
+                told.bind(&of(hz), &mut bounds);
+                bounds == [(0.0, 1.0); 2]
+            };
+            (1..=10).map(|k| 30.0 * f64::from(k)).filter(has_mass).fold(0.0, f64::max)
+        };
+        assert_eq!(highest_hz(&measured), 300.0);
+        // a parabola through five positions
+        assert_eq!(highest_hz(&derived), 90.0);
+    }
 }
