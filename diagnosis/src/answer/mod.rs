@@ -208,8 +208,8 @@ fn doubt_beside_unknown(findings: &mut [(Finding, Option<Region>)], balance: &Ba
 /// Retracts the only name where most of the mismatch is unexplained and less than half of its own force is present on
 /// the held-out rows: it follows a part of something else.
 fn doubt_absent(only: &mut Finding, unexplained: f64) {
-    let is_steady = !UNSTEADY.iter().any(|id| only.id == id.name());
-    if is_steady && only.carried_over == Some(false) && unexplained > MOSTLY_UNKNOWN {
+    let is_steady_name = only.kind != "unknown" && !UNSTEADY.iter().any(|id| only.id == id.name());
+    if is_steady_name && only.carried_over == Some(false) && unexplained > MOSTLY_UNKNOWN {
         take_for_unknown(only, "follows a part of it, which is not there on the rows that were set aside,");
     }
 }
@@ -351,6 +351,10 @@ mod tests {
         for (carried_over, unexplained) in [(Some(false), 0.4), (Some(true), 0.8), (None, 0.8)] {
             assert_eq!(alone(Id::ViscousDrag, carried_over, unexplained).id, "viscous-drag");
         }
+        // a curve without a name keeps its words
+        let mut curve = Finding { carried_over: Some(false), ..finding::far_off(0.2) };
+        doubt_absent(&mut curve, 0.8);
+        assert_eq!(curve.statement, finding::far_off(0.2).statement);
         // causes that differ from row to row
         for id in UNSTEADY {
             assert_eq!(alone(id, Some(false), 0.8).id, id.name());
