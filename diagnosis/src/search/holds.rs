@@ -309,4 +309,12 @@ mod tests {
         assert!(!is_at_a_joint(&at(Id::Contamination, 0.70), &joint));
         assert!(!is_at_a_joint(&joint, &joint));
     }
+
+    #[test]
+    fn steps_that_noise_dithers_are_no_cause() {
+        let quantisation =
+            Source::Mechanism { definition: definition(Id::ForceQuantisation), form: 0, shape: vec![0.1] };
+        let least_n = |is_coarse| Floor { any_n: 0.01, inexact_n: 0.0, rounding_n: 0.1, is_coarse }.of(&quantisation);
+        assert_eq!([true, false].map(least_n), [0.01, f64::INFINITY]);
+    }
 }
