@@ -50,7 +50,7 @@ const FAR_APART: f64 = 4.0;
 const ALIKE: f64 = 0.25;
 const FEWEST_SPEEDS: usize = 4;
 
-/// Standard deviations by which power must grow with speed.
+/// Standard deviations that make sure.
 const SURELY: f64 = 3.0;
 
 /// Bins to either side of a peak that belong to it.
@@ -170,7 +170,22 @@ fn speeds(pieces: &[&Piece], at: usize) -> usize {
 
 /// Whether a bin stands out in at least half of the pieces: a sweep passes through it in few.
 fn is_steady(pieces: &[&Piece], at: usize) -> bool {
-    median(pieces.iter().map(|piece| height(&piece.power, at)).collect()).is_some_and(|height| height > IN_EVERY_PIECE)
+    median_height(pieces, at).is_some_and(|height| height > IN_EVERY_PIECE)
+}
+
+fn median_height(pieces: &[&Piece], at: usize) -> Option<f64> {
+    median(pieces.iter().map(|piece| height(&piece.power, at)).collect())
+}
+
+/// Whether a bin stands out in the median piece: what passes through it now and then, a sweep or the orders of a ripple
+/// at changing speed, leaves it to the noise in most pieces.
+///
+/// ```text
+/// median height of n pieces of noise = 1 ± 1/(ln 2·√(n/2)),   n/2: pieces overlap by half
+/// ```
+fn is_usual(pieces: &[&Piece], at: usize) -> bool {
+    let error = 1.0 / (std::f64::consts::LN_2 * (0.5 * pieces.len() as f64).sqrt());
+    median_height(pieces, at).is_some_and(|height| height > 1.0 + SURELY * error)
 }
 
 impl Spectra {
@@ -263,7 +278,8 @@ impl Spectra {
         let evidence: f64 = heights.into_iter().map(nats).sum();
         let is_steady = halves.iter().all(|half| is_steady(half, at));
         // a peak met at one speed only can appear on both sides of a median speed that is close to it
-        let is_everywhere = (is_steady || apart > FAR_APART) && speeds(&pieces, at) >= FEWEST_SPEEDS;
+        let is_everywhere =
+            (is_steady || (apart > FAR_APART && is_usual(&pieces, at))) && speeds(&pieces, at) >= FEWEST_SPEEDS;
         let excess = runs.iter().map(|run| run.excess(at)).sum::<f64>().max(0.0);
         let peak = Peak {
             share: excess / self.runs.iter().map(OfRun::power).sum::<f64>(),

@@ -350,15 +350,16 @@ pub(crate) fn is_long_and_at_its_end(source: &Source) -> bool {
 
 /// Whether a shape parameter at this end is enough to doubt the cause: friction of seals or churned grease that grows
 /// faster with speed than any seal or grease does, a structure too damped to ring, a chain that needs more than its own
-/// radius to bend, a film that starves within a stroke or recovers at once or never, a shear stress that stops growing
-/// before the carriage moves, contacts that roll before they have yielded at all.
+/// radius to bend, rails that sag beyond their last bolt, a film that starves within a stroke or recovers at once or
+/// never, a shear stress that stops growing before the carriage moves, contacts that roll before they have yielded at
+/// all.
 fn is_telling(source: &Source, name: &str) -> bool {
     let Source::Mechanism { definition, form, shape } = source else { return false };
     let parameters = definition.forms[*form].shape.iter().zip(shape);
     let is_upper = parameters.filter(|(what, _)| what.name == name).any(|(what, value)| *value > 0.5 * what.to);
     match (definition.id, name) {
         (Id::ViscousDrag, "exponent") | (Id::StructuralResonance, "damping") => is_upper,
-        (Id::CableChain, "length_m") => is_upper,
+        (Id::CableChain, "length_m") | (Id::RailJoint, "sag_m") => is_upper,
         (Id::Starvation | Id::Presliding, "length_m") | (Id::TractionSaturation, "speed_m_s") => !is_upper,
         (Id::Starvation, "recovery_s") => true,
         _ => false,

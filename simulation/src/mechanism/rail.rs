@@ -177,7 +177,7 @@ pub(super) const RAIL_JOINT: Definition = Definition {
         },
         Form {
             name: "sagging",
-            shape: &[PLACE, ratio("sag_m", "m", 0.005, 0.1, 4)],
+            shape: &[PLACE, ratio("sag_m", "m", 0.005, 0.05, 4)],
             amplitudes: &[
                 amplitude("preload_between", "", Free, 0.1),
                 amplitude("preload_sag", "", Free, 0.1),
@@ -195,7 +195,7 @@ pub(super) const RAIL_JOINT: Definition = Definition {
             },
             phase_bound: true,
             equation: "as step with preload_between while the block stands on both rails for 4q(1 - q), and preload_sag times the \
-                       mean of exp(-|x - place|/sag) over the loaded length: ends that nothing holds give way",
+                       mean of exp(-|x - place|/sag) over the loaded length: ends give way up to the bolts nearest to them",
         },
         Form {
             name: "edges",
