@@ -80,10 +80,10 @@ impl Play {
         gap_m + shape.get(1).copied().unwrap_or(0.0) + (BEYOND * gap_m).max(AT_LEAST_M)
     }
 
-    /// Removes the rows up to the edge from the training rows.
+    /// Removes the rows that may lie before the edge from the training rows.
     pub(crate) fn set_aside(&self, side: &Side<'_>, training: &mut [bool]) {
         let edge_m = self.edge_m();
-        let since_m = side.contexts.iter().flat_map(Context::since_push_m);
+        let since_m = side.contexts.iter().flat_map(Context::surely_since_push_m);
         training.iter_mut().zip(since_m).for_each(|(training, since_m)| *training &= since_m > edge_m);
     }
 

@@ -203,6 +203,16 @@ impl<'a> Context<'a> {
     /// the other. Without inertia this is the distance since the last reversal; a decelerated mass changes the flank
     /// earlier. [`FAR_M`] until the first change.
     pub fn since_push_m(&self) -> Vec<f64> {
+        self.since_flank_m(false)
+    }
+
+    /// The least that [`since_push_m`](Self::since_push_m) can be, m: the sign changes anywhere between two rows, before
+    /// the first row, and in a rest, before which a mass may push for a moment that no row shows.
+    pub fn surely_since_push_m(&self) -> Vec<f64> {
+        self.since_flank_m(true)
+    }
+
+    fn since_flank_m(&self, is_least: bool) -> Vec<f64> {
         let (mut sign, mut from) = (0.0, None);
         (0..self.len())
             .map(|n| {
@@ -210,11 +220,15 @@ impl<'a> Context<'a> {
                 if self.path.starts[n] {
                     (sign, from) = (0.0, None);
                 }
-                if now.is_finite() && now != 0.0 && now.signum() != sign {
-                    if sign != 0.0 {
-                        from = Some(self.travel_m[n] - self.path.step_m[n]);
-                    }
+                let is_changed = now.is_finite() && now != 0.0 && now.signum() != sign;
+                if is_changed && sign != 0.0 {
+                    from = Some(self.travel_m[n] - self.path.step_m[n]);
+                }
+                if is_changed {
                     sign = now.signum();
+                }
+                if is_least && (is_changed || self.at_rest[n] || self.path.starts[n]) {
+                    from = Some(self.travel_m[n]);
                 }
                 from.map_or(FAR_M, |from| (self.travel_m[n] - from).max(0.0))
             })

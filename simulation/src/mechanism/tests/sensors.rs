@@ -177,6 +177,39 @@ fn play_opens_where_the_force_turns_and_be_it_before_the_carriage_does() {
 }
 
 #[test]
+fn the_flank_is_not_known_before_the_first_row_in_a_rest_and_between_two_rows() {
+    // strokes of 0.1 m there and back at 0.1 m/s, with rests of a second; the second one goes on the same way
+    let at_m = |t: f64| match t {
+        t if t < 1.0 => 0.1 * t,
+        t if t < 2.0 => 0.1,
+        t if t < 3.0 => 0.1 * (t - 1.0),
+        t => 0.2 - 0.1 * (t - 3.0),
+    };
+    let time_s: Vec<f64> = (0..800).map(|n| 0.005 * f64::from(n)).collect();
+    let run = Run {
+        drag_force_n: vec![0.0; time_s.len()],
+        position_m: Some(time_s.iter().map(|t| at_m(*t)).collect()),
+        parts: vec![Part { rows: 0..time_s.len(), segment: None, starts: Break::Start }],
+        time_s,
+        ..Run::default()
+    };
+    let motion = Motion::of(&run);
+    let context = Context::of(&simulations()[1], &run, &motion).expect("complete");
+    let (since_m, least_m) = (context.since_push_m(), context.surely_since_push_m());
+    let near = |x: f64, expected: f64| assert!((x - expected).abs() < 0.002, "{x} for {expected}");
+    // 0.5 s: no flank was known at the start; 2.5 s: half a stroke since the rest, in which no row shows a change
+    for (row, least) in [(100, 0.05), (500, 0.05)] {
+        assert!(since_m[row] > 100.0, "{row}");
+        near(least_m[row], least);
+    }
+    // 3.5 s: half a stroke since the reversal, which lies within one row
+    near(since_m[700], 0.05);
+    near(least_m[700], 0.05);
+    assert!(since_m.iter().zip(&least_m).all(|(since, least)| least <= since));
+    assert!(least_m[700] < since_m[700]);
+}
+
+#[test]
 fn noise_of_the_speed_bends_the_law_as_its_second_derivative_says() {
     let run = rich(12_000);
     let motion = Motion::of(&run);
