@@ -290,3 +290,31 @@ impl Spectra {
         Some((peak, is_steady && apart > FAR_APART))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pieces with unit power but for one bin, whose heights are given.
+    fn pieces(heights: impl Iterator<Item = f64>) -> Vec<Piece> {
+        let of = |height: f64| {
+            let mut power = vec![1.0; 64];
+            power[20] = height;
+            Piece { speed_m_s: 0.1, power, loudness: 1.0 }
+        };
+        heights.map(of).collect()
+    }
+
+    fn is_usual(pieces: &[Piece]) -> bool {
+        super::is_usual(&pieces.iter().collect::<Vec<_>>(), 20)
+    }
+
+    #[test]
+    fn what_passes_through_a_bin_in_a_third_of_the_pieces_is_not_usual_there() {
+        let in_a_third = |n: usize| if n % 3 == 0 { 900.0 } else { 1.1 };
+        assert!(!is_usual(&pieces((0..120).map(in_a_third))));
+        assert!(is_usual(&pieces((0..120).map(|_| 1.7))));
+        // the fewer the pieces, the higher must a median stand
+        assert!(!is_usual(&pieces((0..20).map(|_| 1.7))));
+    }
+}

@@ -388,6 +388,12 @@ mod tests {
     }
 
     #[test]
+    fn rails_that_sag_beyond_their_last_bolt_are_doubted() {
+        assert!(is_telling(&at(Id::RailJoint, "sagging", 1.0), "sag_m"));
+        assert!(!is_telling(&at(Id::RailJoint, "sagging", 0.0), "sag_m"));
+    }
+
+    #[test]
     fn what_is_tied_to_a_place_and_a_sensor_fault_are_no_part_of_what_has_no_name() {
         let parts = [(Id::SealDrag, "minimal"), (Id::Stribeck, "minimal"), (Id::RunIn, "minimal")];
         assert!(parts.iter().all(|(id, form)| may_be_a_part(&at(*id, form, 0.5))));
