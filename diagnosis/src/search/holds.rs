@@ -32,9 +32,8 @@ const MISSED_BY_A_CURVE: f64 = 0.2;
 
 /// Share of the evidence for a bent rail below which a joint counts as part of the bend, or the bend as part of the
 /// joint: a rail has waves of every length, a form one or three of them; no wave or table is as sharp as a rail may be,
-/// and a joint is the sharpest profile there is. A joint with half of the bend's force has more. All five named
-/// joints below it on opened trials (24 to 28) were false.
-const ONE_PROFILE: f64 = 0.25;
+/// and a joint is the sharpest profile there is. A joint with three eighths of the bend's force has more.
+const ONE_PROFILE: f64 = 0.14;
 
 /// Distance from a joint within which local dirt counts as part of the rail's profile there, m: about the length of a
 /// block.
