@@ -311,7 +311,7 @@ mod tests {
 
     #[test]
     fn what_passes_through_a_bin_in_a_third_of_the_pieces_is_not_usual_there() {
-        let in_a_third = |n: usize| if n % 3 == 0 { 900.0 } else { 1.1 };
+        let in_a_third = |n: usize| if n.is_multiple_of(3) { 900.0 } else { 1.1 };
         assert!(!is_usual(&pieces((0..120).map(in_a_third))));
         assert!(is_usual(&pieces((0..120).map(|_| 1.7))));
         // the fewer the pieces, the higher must a median stand
