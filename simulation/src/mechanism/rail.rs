@@ -177,6 +177,7 @@ pub(super) const RAIL_JOINT: Definition = Definition {
         },
         Form {
             name: "sagging",
+            // bolts every 80 mm: an end overhangs the nearest by about half of that
             shape: &[PLACE, ratio("sag_m", "m", 0.005, 0.05, 4)],
             amplitudes: &[
                 amplitude("preload_between", "", Free, 0.1),
