@@ -5,14 +5,16 @@
 //! with the 2.5th power and is far larger: an acceleration from positions therefore has its own window, which grows row
 //! by row as far as the motion is smooth.
 
+mod corners;
 mod window;
 
 use std::ops::Range;
 
 use crate::run::Run;
 
-use window::{MAX_REACH, bend, calm_slope, local, reach, rms, slope, smooth_bend};
+use window::{FEWEST, MAX_REACH, bend, calm_slope, local, reach, rms, slope, smooth_bend};
 
+pub(crate) use corners::Corner;
 pub use window::calm;
 
 /// Accepted noise of a derived velocity, relative to the run's RMS velocity.
@@ -83,6 +85,25 @@ impl Motion {
         }
     }
 
+    /// Velocity without the bias of long windows, m/s: as recorded, otherwise from as few positions as their noise
+    /// allows.
+    ///
+    /// ```text
+    /// slope of the parabola through 2 r + 1 rows = V + (3 r² + 3 r - 1)/30 Δt² V''
+    /// ```
+    ///
+    /// so that where 5 rows are enough, they and the inner 3 of them, with 17/30 and 5/30, tell what neither has.
+    pub(crate) fn sharp_velocity(&self, run: &Run) -> Vec<f64> {
+        if run.velocity_m_s.is_some() || run.position_m.is_none() {
+            return self.velocity_m_s.clone();
+        }
+        let of = |reach: usize| slope(&run.time_s, &self.position_m, &run.part_rows(), reach);
+        if self.reach > FEWEST {
+            return of(self.reach);
+        }
+        of(1).iter().zip(of(FEWEST)).map(|(short, long)| short - 5.0 / 12.0 * (long - short)).collect()
+    }
+
     /// Velocity and acceleration of a position, derived in the same way as those of this motion.
     pub(crate) fn derived(&self, run: &Run, position_m: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let parts = run.part_rows();
@@ -94,7 +115,7 @@ impl Motion {
     pub(crate) fn of_path(run: &Run, reach: usize) -> Self {
         let parts = run.part_rows();
         let position_m = run.position_m.clone().unwrap_or_else(|| vec![0.0; run.len()]);
-        let reach = reach.clamp(2, MAX_REACH);
+        let reach = reach.clamp(FEWEST, MAX_REACH);
         Motion {
             velocity_m_s: slope(&run.time_s, &position_m, &parts, reach),
             acceleration_m_s2: bend(&run.time_s, &position_m, &parts, reach),

@@ -18,6 +18,9 @@ const ALIKE: f64 = 3.0;
 /// Share of the variance of normal numbers that is left without the largest twentieth.
 const LEFT_OF_VARIANCE: f64 = 0.7588;
 
+/// Shortest window, rows to either side.
+pub(super) const FEWEST: usize = 2;
+
 /// Longest window, rows to either side.
 pub(super) const MAX_REACH: usize = 50;
 
@@ -42,7 +45,7 @@ pub(super) fn calm_slope(time: &[f64], column: &[f64], parts: &[Range<usize>], s
 pub(super) fn reach(column: &[f64], parts: &[Range<usize>], noise: f64) -> usize {
     let sigma = sigma(column, parts);
     let rows = if noise > 0.0 { (12.0 * (sigma / noise) * (sigma / noise)).cbrt() } else { 0.0 };
-    ((0.5 * rows).ceil() as usize).clamp(2, MAX_REACH)
+    ((0.5 * rows).ceil() as usize).clamp(FEWEST, MAX_REACH)
 }
 
 /// Standard deviation of the noise in a column.
@@ -139,7 +142,7 @@ fn widened(
         for (agreed, found) in agreed.iter_mut().zip(&found) {
             *agreed = agreed.map(|(least, most)| (least.max(found - ALIKE * own), most.min(found + ALIKE * own)));
         }
-        reach = (reach + reach.div_ceil(2)).clamp(2, MAX_REACH);
+        reach = (reach + reach.div_ceil(2)).clamp(FEWEST, MAX_REACH);
         for rows in parts {
             for n in rows.clone() {
                 let Some((least, most)) = agreed[n] else { continue };
