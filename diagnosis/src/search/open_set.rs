@@ -9,10 +9,11 @@ use crate::fit::bench::Bench;
 use crate::fit::least_squares::Fit;
 use crate::fit::member::{Beside, Candidate, Member};
 use crate::fit::pool::{Pool, Tolerances, ranked};
+use crate::fit::rest::beyond;
 use crate::fit::source::Source;
 use crate::fit::spectrum::wavelength_m;
 use crate::numbers::linear::remove;
-use crate::numbers::statistics::line;
+use crate::numbers::statistics::{line, rms};
 use crate::search::clock::Clocks;
 use crate::search::holds::{Floor, is_relevant};
 use crate::search::opening::{Asked, is_open, p_of};
@@ -117,7 +118,10 @@ fn best(
     let locks = bench.locks(&candidate, &gain, &others);
     let kinds = pool.kinds + pool.stories.len();
     let sure = if noise == NoiseOf::Search { SURE_OF_CLOCK } else { LIKELY_CLOCK };
+    // what has no name is as large as what the law cannot take of it
+    let own = bench.force(&candidate.source, &gain.amplitudes);
     let opens = is_relevant(bench, &candidate, &gain, floor)
+        && rms(&beyond(&bench.rows, &bench.tangent, &own)) > floor.any_n
         && is_open(Asked::AllBlocks, &locks, kinds, tried)
         && (!is_clock(&candidate.source) || locks.ln_e > sure);
     opens.then(|| (with, p_of(Asked::AllBlocks, &locks, kinds, tried)))
