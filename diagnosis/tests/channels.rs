@@ -132,6 +132,21 @@ fn a_speed_in_another_unit_is_refused_and_not_taken_for_noise() {
     assert!(warnings.iter().any(|line| line.contains("m/s")), "{warnings:?}");
 }
 
+/// Times in minutes make speeds of a few metres per second, which a carriage may have; the acceleration knows better.
+#[test]
+fn times_in_minutes_are_told_by_the_acceleration() {
+    let simulation = simulation("");
+    let course = strokes();
+    let acceleration_m_s2 = Some(course.motion.acceleration_m_s2.clone());
+    let run = Run { acceleration_m_s2, velocity_m_s: None, ..recorded(&simulation, course, nothing) };
+    assert_eq!(outcome(&run, &simulation).diagnosis.verdict, Verdict::Match);
+    let time_s = run.time_s.iter().map(|t| t / 60.0).collect();
+    let found = outcome(&Run { time_s, ..run }, &simulation).diagnosis;
+    assert_eq!((found.verdict, ids(&found).len()), (Verdict::InsufficientData, 0), "{found:#?}");
+    let warnings = &found.data_quality.warnings;
+    assert!(warnings.iter().any(|line| line.contains("time in minutes is 3600")), "{warnings:?}");
+}
+
 #[test]
 fn a_clamp_on_another_machine_s_clock_is_unknown_with_its_period() {
     let simulation = simulation("");

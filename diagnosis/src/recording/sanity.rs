@@ -199,9 +199,9 @@ pub(crate) fn scale(recorded_n: f64, simulated_n: f64, quality: &mut DataQuality
     }
 }
 
-/// Checks force against motion, as [`channels`] checks each alone.
-pub(crate) fn moves(run: &Run, motion: &Motion, quality: &mut DataQuality) -> Option<String> {
-    if let Some(reason) = unit(run, motion) {
+/// Checks force against motion, as [`channels`] checks each alone. The acceleration of `smooth` is derived.
+pub(crate) fn moves(run: &Run, motion: &Motion, smooth: &Motion, quality: &mut DataQuality) -> Option<String> {
+    if let Some(reason) = unit(run, motion, smooth) {
         return Some(named(run, reason));
     }
     let (mut power, mut size) = (0.0, 0.0);
@@ -330,7 +330,7 @@ const ON_THE_EDGE: usize = 8;
 
 /// Whether speeds and accelerations are possible for a carriage: with a unit wrong by 60 or 1000 they are not. Returns
 /// the complaint.
-pub(crate) fn unit(run: &Run, motion: &Motion) -> Option<String> {
+fn unit(run: &Run, motion: &Motion, smooth: &Motion) -> Option<String> {
     let rms = |x: &[f64]| (x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64).sqrt();
     let mut speeds: Vec<f64> = motion.velocity_m_s.iter().map(|v| v.abs()).filter(|v| v.is_finite()).collect();
     // glitches are few
@@ -365,8 +365,29 @@ pub(crate) fn unit(run: &Run, motion: &Motion) -> Option<String> {
         if derived > 1e3 * told.max(1e-3) {
             return Some("the motion needs accelerations that the acceleration channel does not show".to_owned());
         }
+        if let Some(ratio) = of_another_unit(measured, &smooth.acceleration_m_s2) {
+            return Some(format!(
+                "the motion accelerates {ratio:.3e} times as much as the acceleration channel says, in step with it: one of the \
+                 units is not what it says (time in minutes is 3600, position in mm 1000, acceleration in mm/s² 0.001)"
+            ));
+        }
     }
     None
+}
+
+/// Ratio of derived to measured acceleration, or its inverse, above which a unit is wrong: in 890 recordings of the
+/// concealed trials it is 0.08 to 1.9 (noise makes it small), and above 900 in those with minutes or millimetres.
+const OTHER_ACCELERATION: f64 = 30.0;
+
+/// Correlation of derived and measured acceleration from which their ratio tells.
+const IN_STEP: f64 = 0.5;
+
+/// How many times the measured acceleration the derived one is, where no noise explains that.
+fn of_another_unit(measured: &[f64], derived: &[f64]) -> Option<f64> {
+    let rows = measured.iter().zip(derived).filter(|(m, d)| (**m * **d).is_finite());
+    let [mm, md, dd] = rows.fold([0.0; 3], |[mm, md, dd], (m, d)| [mm + m * m, md + m * d, dd + d * d]);
+    let (ratio, step) = (md / mm, md / (mm * dd).sqrt());
+    (step > IN_STEP && !(1.0 / OTHER_ACCELERATION..OTHER_ACCELERATION).contains(&ratio)).then_some(ratio)
 }
 
 /// Speed above that of any ball-guided carriage, m/s: catalogues end at 5 m/s, custom designs at 10.
@@ -389,6 +410,22 @@ fn longest_still(x: &[f64]) -> Option<(usize, usize)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_acceleration_of_another_unit_is_told_from_a_noisy_one() {
+        let noise = |n: usize| (43_758.545_3 * (12.9898 * n as f64).sin()).rem_euclid(1.0) - 0.5;
+        let derived: Vec<f64> = (0..2000).map(|n| (n as f64 * 0.0171).sin() + 0.3 * noise(n)).collect();
+        let of = |scale: f64, noisy: f64| -> Vec<f64> {
+            (0..2000).map(|n| scale * (n as f64 * 0.0171).sin() + noisy * noise(n + 5000)).collect()
+        };
+        let minutes = of_another_unit(&of(1.0 / 3600.0, 1e-4), &derived).expect("told");
+        assert!((minutes / 3600.0 - 1.0).abs() < 0.1, "{minutes}");
+        assert!(of_another_unit(&of(1000.0, 10.0), &derived).is_some_and(|ratio| (0.0009..0.0011).contains(&ratio)));
+        // as it should be, an accelerometer in g, one that sees nothing but noise, and one that is dead
+        for (scale, noisy) in [(1.0, 0.1), (0.102, 0.1), (1.0, 20.0), (0.0, 1e-4), (0.0, 0.0)] {
+            assert_eq!(of_another_unit(&of(scale, noisy), &derived), None, "{scale} {noisy}");
+        }
+    }
 
     #[test]
     fn rails_and_stuck_channels_are_seen() {
