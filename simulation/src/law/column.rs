@@ -47,6 +47,9 @@ const AT_REST: f64 = 3.0;
 /// Error of a row's friction that counts as none, relative to the friction.
 const EXACT: f64 = 3e-4;
 
+/// Weight of a row of whose friction nothing is known, 1/N².
+const UNKNOWN: f64 = 1e-100;
+
 /// Least share of the scatter within cells of speed that must vary with the acceleration to be an inertia.
 const IS_INERTIA: f64 = 0.5;
 
@@ -159,7 +162,8 @@ impl Curve {
         let weight = |n: usize| {
             let (over_ln_v, force) = off(n);
             let share = STEEP * over_ln_v + AT_REST * over_ln_v * over_ln_v;
-            1.0 / (exact + square * share * share + force * force)
+            // never 0: a cell of such rows alone has a mean, too
+            (1.0 / (exact + square * share * share + force * force)).max(UNKNOWN)
         };
         let point = |cell: &[usize]| {
             let sum: f64 = cell.iter().map(|n| weight(*n)).sum();
@@ -308,5 +312,22 @@ mod tests {
             worst = worst.max(share);
         }
         assert!(worst < 0.2, "{worst}");
+    }
+
+    /// A speed that is all error, beyond what the square of a number can hold.
+    #[test]
+    fn a_row_of_which_nothing_is_known_leaves_the_others_alone() {
+        let velocity: Vec<f64> =
+            std::iter::once(1e-300).chain((0..200).map(|n| 0.01 * (0.01 * f64::from(n)).exp())).collect();
+        let direction = vec![1.0; velocity.len()];
+        let friction = |n: usize| 5.0 + 10.0 * velocity[n];
+        let force: Vec<f64> = (0..velocity.len()).map(friction).collect();
+        let part = super::Part::of(0..velocity.len(), &velocity, &force, &direction);
+        let corner = Corner { velocity_m_s: 1e-3, acceleration_m_s2: 0.0 };
+        let known = |n: usize| if n == 0 { off(&corner, velocity[0], 0.0) } else { (0.0, 0.0) };
+        let curve = Curve::of(&part, &velocity, friction, known);
+        let last = curve.slopes.last().expect("a slope");
+        assert!(curve.slopes.iter().all(|slope| slope.is_finite()), "{:?}", curve.slopes);
+        assert!((last - 10.0 * velocity[200]).abs() < 0.05, "{last}");
     }
 }
