@@ -143,6 +143,24 @@ fn a_structure_that_rolling_strikes_is_heard_and_what_sweeps_is_not_one() {
     assert!(!ids(&found).contains(&"structural-resonance"), "{:?}", ids(&found));
 }
 
+/// A ringing structure's form leaves a hundredth of its force.
+#[test]
+fn what_has_next_to_nothing_beside_a_structure_that_rings_has_no_name() {
+    let simulation = Simulation::from_toml(AXIS).unwrap();
+    let rate_hz = 500.0;
+    let course = strokes(rate_hz);
+    let force = simulation.force(&course.run, &course.motion).unwrap();
+    let ringing = struck(&course, rate_hz, 0.02, |_| 47.0, true);
+    let ringing_n = (ringing.iter().map(|x| x * x).sum::<f64>() / ringing.len() as f64).sqrt();
+    let with = |share: f64| {
+        let offset_n = share.sqrt() * ringing_n;
+        let both: Vec<f64> = ringing.iter().map(|x| x + offset_n).collect();
+        beside(&force, &both, &course.run, &simulation)
+    };
+    assert_eq!(ids(&with(0.008)), ["structural-resonance"]);
+    assert_eq!(ids(&with(0.03)), ["structural-resonance", "force-offset"]);
+}
+
 #[test]
 fn a_structure_that_rings_in_a_quiet_run_is_heard_beside_a_loud_one() {
     let simulation = Simulation::from_toml(AXIS).unwrap();

@@ -18,7 +18,7 @@ use crate::numbers::statistics::robust_sigma;
 use crate::recording::side::Side;
 use crate::search::found::Found;
 use crate::search::open_set;
-use crate::search::passes::{LEAST_SHARE, LEAST_SHARE_OF_SMALL};
+use crate::search::small::{LEAST_SHARE, LEAST_SHARE_OF_SMALL};
 
 /// p-value below which a residual counts as unsteady: so small because the approximation is not trusted farther out.
 const UNSTEADY: f64 = 1e-12;

@@ -42,8 +42,8 @@ use crate::report::{DataQuality, Diagnosis, Finding, NextExperiment, Region, SCH
 use crate::search::case::{Case, Given};
 use crate::search::equivalents;
 use crate::search::found::Found;
-use crate::search::passes::{LEAST_SHARE, imitated};
 use crate::search::refit;
+use crate::search::small::{LEAST_SHARE, imitated};
 
 /// Error on held-out rows, relative to that of the given simulation, above which a warning is due.
 const WORSE: f64 = 1.1;

@@ -282,7 +282,14 @@ mod tests {
         let training = side.compared.clone();
         let mut rows = Rows::new(&runs, &training, 1);
         let calibrated = calibrate(&simulation, &nominal, side, &mut rows, &training).expect("sound");
-        let given = Given { simulation: &simulation, nominal: &nominal, ringing: Some(&[]), edges: None, step_n: None };
+        let given = Given {
+            simulation: &simulation,
+            nominal: &nominal,
+            ringing: Some(&[]),
+            heard_n2: 0.0,
+            edges: None,
+            step_n: None,
+        };
         let Calibrated { values, side, saturation, .. } = &calibrated;
         let case = Case { given, side, training: &training, saturation, seen_from_m: 0.0 };
         let found = passes::run(&case, rows, values, values, &mut None).expect("ends");

@@ -23,6 +23,8 @@ pub(crate) struct Given<'s> {
     /// Shapes of a resonance that the spectrum points to; `None` where the speed is too noisy: the acceleration derived
     /// from it would seem to ring at any frequency.
     pub(crate) ringing: Option<&'s [Vec<f64>]>,
+    /// Mean square force of a structure that the spectrum shows to ring at every speed, N²; 0 where none does.
+    pub(crate) heard_n2: f64,
     /// What starts and stops tell of the delay between motion and force.
     pub(crate) edges: Option<Edges>,
     /// Quantisation step of the force channel, N.

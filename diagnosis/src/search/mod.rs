@@ -11,6 +11,7 @@
 //! chain        which parts of a cable chain's force belong to another cause
 //! together     exchanges of a cause while the shapes of the others are free
 //! opening      do both locks open? holds: may a cause be named beside the others?
+//! small        causes that carry next to nothing of what is explained
 //! adequacy     does the cause that explains much really act? load_law: does it depend on the load as it must?
 //! open_set     effects without a name in the library; clock: periodic in time
 //! law_alone    only the law's own parameters are off
@@ -33,6 +34,7 @@ pub(crate) mod open_set;
 pub(crate) mod opening;
 pub(crate) mod passes;
 pub(crate) mod refit;
+pub(crate) mod small;
 mod together;
 
 use simulation::mechanism::Id;

@@ -2,21 +2,21 @@
 
 use crate::calibration::{TOLERATED, moved, shifted, way};
 use crate::fit::bench::Bench;
-use crate::fit::member::{Beside, Candidate, Gain, Member, causes};
+use crate::fit::member::{Beside, Member, causes};
 use crate::fit::pool::{Pool, Tolerances};
-use crate::fit::rest::{among, beyond, noise_rms, whiteness};
+use crate::fit::rest::{noise_rms, whiteness};
 use crate::fit::source::Source;
 use crate::noise::locks::least_of;
 use crate::noise::rows::Rows;
-use crate::numbers::linear::{Cholesky, Symmetric, dot};
 use crate::numbers::rounding::rounding;
 use crate::numbers::statistics::rms;
 use crate::search::adequacy::{self, Doubt, doubts};
 use crate::search::case::{Case, Given};
 use crate::search::equivalents;
 use crate::search::found::{Causes, FAR, Found, again, amplitudes};
-use crate::search::holds::{Floor, is_small, may_leave, shows_beside_leavings};
+use crate::search::holds::Floor;
 use crate::search::open_set::{self, NoiseOf, is_clock};
+use crate::search::small::{drop_beside_ringing, drop_small};
 use crate::search::{drop_idle, search};
 
 /// RMS force, as a share of the noise, below which a cause is not worth reporting.
@@ -27,27 +27,6 @@ const COLOURED: f64 = 0.1;
 
 /// Number of outlying rows that is too small to say anything of the noise.
 const FEW_TAILS: usize = 10;
-
-/// Share, in square, of what all causes explain together below which a cause is not named: less than a fourteenth of a
-/// force is within the error of its form. Of 16 such fitted names on opened trials (9, 10 and seed 303) all were false,
-/// but for those in records that were named wrong anyway.
-pub(crate) const LEAST_SHARE: f64 = 0.005;
-
-/// [`LEAST_SHARE`] for a cause with little evidence of its own beside the others.
-pub(crate) const LEAST_SHARE_OF_SMALL: f64 = 0.035;
-
-/// [`LEAST_SHARE`] for a cause with a shape parameter at its end: no real cause fits well there; it follows a form's
-/// remainder, which no form in the library describes.
-const LEAST_SHARE_AT_ITS_END: f64 = 2.0 * LEAST_SHARE_OF_SMALL;
-
-/// Share of the summed squares of all forces from which a cause is named although it cancels in their sum, counting
-/// only what the others do not imitate. Of six such names on opened trials (22 and 23) the two above it were right, and
-/// one of the four below.
-const LEAST_SHARE_AGAINST: f64 = 4.0 * LEAST_SHARE;
-
-/// Share of all evidence from which a cause is named however small its force averaged over all rows: it acts in few
-/// rows.
-const MUCH_EVIDENCE: f64 = 0.5;
 
 /// Most searches.
 const MOST_PASSES: usize = 3;
@@ -182,6 +161,7 @@ impl<'s> Pass<'s> {
         let tolerances = Tolerances { nominal, moved: &values };
         tell_shifts(&mut bench, &tolerances, &mut members);
         drop_small(&bench, &pool, &mut members);
+        drop_beside_ringing(&bench, case.given.heard_n2, &mut members);
         shorten(&mut bench, &mut pool, &mut members);
         equivalents::exchange_refused(&mut bench, &mut pool, &tolerances, &mut members);
         let doubts = doubted(&mut bench, &mut pool, &tolerances, &mut members, self.floor);
@@ -298,87 +278,6 @@ impl Matters {
     }
 }
 
-/// Drops members, the smallest first, that carry next to nothing of what they explain together with all members whose
-/// form may leave what they follow.
-fn drop_small(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Member>) {
-    while members.len() > 1 {
-        let fit = bench.fit_members(members);
-        let amplitudes = amplitudes(members, &fit);
-        let force = |(member, x): (&Member, &Vec<f64>)| bench.force(&member.candidate.source, x);
-        let tangent = imitated(bench, members);
-        let forces: Vec<Vec<f64>> =
-            members.iter().zip(&amplitudes).map(|pair| beyond(&bench.rows, &tangent, &force(pair))).collect();
-        // a member's own force and those of all members that may leave it
-        let together = |at: usize| -> Vec<&[f64]> {
-            let leaving = |other: &usize| *other != at && may_leave(&members[*other], &members[at].candidate);
-            let others = (0..members.len()).filter(leaving);
-            std::iter::once(at).chain(others).map(|member| forces[member].as_slice()).collect()
-        };
-        let shares: Vec<f64> = (0..members.len()).map(|at| among(&together(at))[0]).collect();
-        let evidence = 0.5 * (bench.fit(&bench.law()).rss - fit.rss);
-        let shows =
-            |own: &Candidate, gain: &Gain, others: &[Member]| shows_beside_leavings(bench, pool, own, gain, others);
-        let least = |at: usize| {
-            if bench.is_spoken_for(&members[at].candidate.source) {
-                return 0.0;
-            }
-            let Beside { others, fit, own, gain } = bench.beside(members, at);
-            let is_at_an_end = || adequacy::is_held_at_an_end(bench, &fit, &own, &gain);
-            least_share(gain.nats / evidence, is_at_an_end, || {
-                is_small(bench, &own, &gain, &others) && !shows(&own, &gain, &others)
-            })
-        };
-        let pulls_against = |at: &usize| {
-            let Beside { others, fit, own, gain } = bench.beside(members, *at);
-            !adequacy::is_held_at_an_end(bench, &fit, &own, &gain)
-                && share_against(&together(*at)) > LEAST_SHARE_AGAINST
-                && shows(&own, &gain, &others)
-        };
-        let smallest = (0..members.len())
-            .filter(|at| shares[*at] > LEAST_SHARE || !pulls_against(at))
-            .min_by(|a, b| shares[*a].total_cmp(&shares[*b]));
-        match smallest.filter(|at| shares[*at] < least(*at)) {
-            Some(at) => members.remove(at),
-            None => return,
-        };
-    }
-}
-
-/// What the law may imitate of a force: the columns of its parameters, except those that are off (a cause, which
-/// imitates nothing).
-pub(crate) fn imitated(bench: &Bench<'_>, members: &[Member]) -> Vec<Vec<f64>> {
-    let is_off = |at: usize| {
-        let is_it = |member: &Member| member.candidate.source.is_shift_of(at);
-        members.iter().any(is_it)
-    };
-    bench.tangent.iter().enumerate().filter(|(at, _)| !is_off(*at)).map(|(_, column)| column.clone()).collect()
-}
-
-/// What the other forces do not imitate of the first, as a share of the sum of all squares: where two forces oppose one
-/// another, their sum has next to nothing of either.
-fn share_against(forces: &[&[f64]]) -> f64 {
-    let Some((own, others)) = forces.split_first() else { return 0.0 };
-    let mut a = Symmetric::zeros(others.len());
-    for i in 0..others.len() {
-        (0..=i).for_each(|j| a.set(i, j, dot(others[i], others[j])));
-    }
-    let with: Vec<f64> = others.iter().map(|other| dot(other, own)).collect();
-    let imitated = Cholesky::of(&a).forward(&with);
-    let all: f64 = forces.iter().map(|force| dot(force, force)).sum();
-    if all > 0.0 { (dot(own, own) - dot(&imitated, &imitated)) / all } else { 0.0 }
-}
-
-/// Share of what all members explain below which a cause with this share of the evidence is dropped.
-fn least_share(of_evidence: f64, is_at_an_end: impl FnOnce() -> bool, is_small: impl FnOnce() -> bool) -> f64 {
-    if of_evidence > MUCH_EVIDENCE {
-        return 0.0;
-    }
-    if is_at_an_end() {
-        return LEAST_SHARE_AT_ITS_END;
-    }
-    if is_small() { LEAST_SHARE_OF_SMALL } else { LEAST_SHARE }
-}
-
 /// Replaces a form with a shape parameter at its end by the minimal form, where that lacks the parameter and the longer
 /// form adds no more than the error of a form: then the end says nothing of the cause.
 fn shorten(bench: &mut Bench<'_>, pool: &mut Pool, members: &mut [Member]) {
@@ -416,29 +315,4 @@ fn doubted(
         return doubts(bench, &bench.fit_members(members), members);
     }
     found
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_pulls_against_another_counts_by_itself() {
-        let force = |phase: f64| (0..1000).map(|n| (0.1 * f64::from(n) + phase).sin()).collect::<Vec<f64>>();
-        let (large, small) = (force(0.0), force(2.0).iter().map(|x| 0.4 * x).collect::<Vec<f64>>());
-        // the sum has less than nothing of it, and yet 0.83 of it is not imitated by the other
-        assert!(among(&[&small, &large])[0] < LEAST_SHARE);
-        let share = share_against(&[&small, &large]);
-        assert!((share - 0.16 * 2f64.sin().powi(2) / 1.16).abs() < 1e-3, "{share}");
-        assert!(share_against(&[&large.iter().map(|x| -x).collect::<Vec<f64>>(), &large]).abs() < 1e-9);
-    }
-
-    #[test]
-    fn a_number_at_its_end_asks_for_a_larger_share() {
-        let shares = |is_small: bool| [true, false].map(|is_at_an_end| least_share(0.1, || is_at_an_end, || is_small));
-        assert_eq!(shares(false), [LEAST_SHARE_AT_ITS_END, LEAST_SHARE]);
-        assert_eq!(shares(true), [LEAST_SHARE_AT_ITS_END, LEAST_SHARE_OF_SMALL]);
-        // most of the evidence in few rows
-        assert_eq!([0.4, 0.6].map(|part| least_share(part, || false, || true)), [LEAST_SHARE_OF_SMALL, 0.0]);
-    }
 }

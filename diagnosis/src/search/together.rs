@@ -210,7 +210,14 @@ mod tests {
         let mut rows = Rows::new(&moving.runs, &training, 1);
         let Calibrated { values, side, saturation, .. } =
             calibrate(&simulation, &nominal, side, &mut rows, &training).expect("a law");
-        let given = Given { simulation: &simulation, nominal: &nominal, ringing: None, edges: None, step_n: None };
+        let given = Given {
+            simulation: &simulation,
+            nominal: &nominal,
+            ringing: None,
+            heard_n2: 0.0,
+            edges: None,
+            step_n: None,
+        };
         let case = Case { given, side: &side, training: &training, saturation: &saturation, seen_from_m: 0.0 };
         let mut bench = case.around(&rows, &values).expect("a bench");
         let tolerances = Tolerances { nominal: &nominal, moved: &values };
