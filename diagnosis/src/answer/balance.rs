@@ -115,7 +115,8 @@ impl Balance {
         let aside: f64 = [clipped, spots, speed, play, between].into_iter().flatten().sum();
         let mismatch = (before - noise).max(1e-3 * before) + aside;
         let share = |power: f64| (power / mismatch).clamp(0.0, 1.0);
-        // the form of another cause may leave a few spots
+        // the form of another cause may leave a few spots; play, whose rows have no spots, leaves none
+        let but_for_play = mismatch - play.unwrap_or(0.0);
         let least_of_spots = if found.members.is_empty() { LEAST_SHARE } else { LEAST_SHARE_OF_SMALL };
         let mut balance = Balance {
             noise_n: noise.sqrt(),
@@ -125,7 +126,7 @@ impl Balance {
             p_steady: if is_unsteady { p_steady } else { 1.0 },
             rounding: rounding.map(|in_noise| share(in_noise + steady)),
             clipped: clipped.map(share),
-            spots: spots.map(share).filter(|share| *share > least_of_spots),
+            spots: spots.filter(|power| power / but_for_play > least_of_spots).map(share),
             speed: speed.map(share),
             heard: heard.or(between).map(share),
             play: play.map(share),

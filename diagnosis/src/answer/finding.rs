@@ -111,8 +111,8 @@ pub(crate) fn contamination(spots: &Spots, share: f64) -> Finding {
         ci95: [-1.96, 1.96].map(|sigmas| number.value * (sigmas * number.relative).exp()),
         unit: unit.to_owned(),
     };
-    let (confidence, beside) = match spots.are_at_one_speed {
-        true => (TRUST_IN_DOUBT, "; at one speed, pulses of one duration would look alike: run at another as well"),
+    let (confidence, beside) = match spots.may_have_one_duration {
+        true => (TRUST_IN_DOUBT, "; pulses of one duration would look alike here: run slower as well"),
         false => (0.95, ""),
     };
     Finding {

@@ -109,8 +109,8 @@ pub(crate) struct Spots {
     pub(crate) force_n: Number,
     /// Squared force, summed over the spots' rows, N².
     pub(crate) squares_n2: f64,
-    /// Whether they were all rolled over at one speed, where a length is a duration.
-    pub(crate) are_at_one_speed: bool,
+    /// Whether pulses of one duration would look alike.
+    pub(crate) may_have_one_duration: bool,
     /// p-value of the hypothesis that spots push as often as they brake.
     pub(crate) p: f64,
     /// Rows within reach of a spot; all runs concatenated.
@@ -147,17 +147,18 @@ pub(crate) fn spots(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64
     let best = (0..lengths.len()).max_by(|a, b| evidence(a).total_cmp(&evidence(b)))?;
     let spots = &lengths[best].1;
     let by_count = at_least(spots.braking.len(), spots.pushing);
-    let p = (by_count.min(so_high(&tracks, spots)) * f64::from(LENGTHS)).min(1.0);
+    let p = (by_count.min(so_high(&tracks, spots, Width::Length(lengths[best].0))) * f64::from(LENGTHS)).min(1.0);
     if p > CHANCE {
         return None;
     }
-    if is_of_duration(&tracks, &lengths, best) || is_fixed(side, &tracks, &spots.braking) {
+    let common = common(&tracks, &lengths, best);
+    if common == Common::Duration || is_fixed(side, &tracks, &spots.braking) {
         return None;
     }
     // at the shortest length it may be shorter than a ball's contact, which nothing rolled over has; the longest is no
     // spot
     let longest_m = lengths.last().map_or(0.0, |(length_m, _)| *length_m);
-    let spots = described(&tracks, &lengths, best, p, left, side);
+    let spots = described(&tracks, &lengths, best, common, p, left.len());
     let is_one = (1.01 * SHORTEST_M..0.99 * longest_m).contains(&spots.length_m.value);
     let step_n = side.contexts.iter().filter_map(|context| quantum(&context.run.drag_force_n)).fold(0.0, f64::max);
     (is_one && spots.force_n.value > NOTHING_N.max(ONE_COUNT * step_n)).then_some(spots)
@@ -183,8 +184,10 @@ fn tracks(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64]) -> Vec<
                 let scaled = context.steady.direction[n] * matched[start + n] / weights[start + n].sqrt();
                 if scaled.is_finite() { scaled } else { 0.0 }
             };
+            let along = |n: usize| context.steady.direction[n] * left[start + n];
             let mut track = Track {
                 step_s,
+                left_n: part.rows.clone().map(along).collect(),
                 travel_m: context.travel_m[part.rows.clone()].to_vec(),
                 speed_m_s: part.rows.clone().map(|n| context.speed_m_s(n)).collect(),
                 braking: part.rows.clone().map(scaled).collect(),
@@ -225,7 +228,7 @@ impl Pulses {
         let mut pulses =
             Pulses { scores: scores(tracks, width), braking: Vec::new(), pushing: 0, evidence: 0.0, sum: 0.0 };
         for (index, (track, scores)) in tracks.iter().zip(&pulses.scores).enumerate() {
-            for n in outstanding(track, scores, OUTSTANDING, |n| track.is_told[n]) {
+            for n in outstanding(track, scores, OUTSTANDING, |n| is_one(track, scores[n], n, width)) {
                 let evidence = (scores[n] * scores[n]).min(MOST_OF_ONE);
                 pulses.sum += scores[n];
                 if scores[n] > 0.0 {
@@ -241,6 +244,12 @@ impl Pulses {
     }
 }
 
+/// Whether a row's score is that of a pulse there, and not of the flanks that the noise filter gives to its neighbours:
+/// between two spots these add up to more than either.
+fn is_one(track: &Track, score: f64, at: usize, width: Width) -> bool {
+    track.is_told[at] && score * height(track, at, width).0 > 0.0
+}
+
 /// Probability of at least so many heads beside so few tails.
 fn at_least(heads: usize, tails: usize) -> f64 {
     let all = (heads + tails) as f64;
@@ -250,12 +259,12 @@ fn at_least(heads: usize, tails: usize) -> f64 {
 }
 
 /// Probability of braking so far above the highest that pushes.
-fn so_high(tracks: &[Track], spots: &Pulses) -> f64 {
+fn so_high(tracks: &[Track], spots: &Pulses, width: Width) -> f64 {
     if spots.braking.len() < FEWEST {
         return 1.0;
     }
     let of_track = |(track, scores): (&Track, &Vec<f64>)| {
-        let peaks = outstanding(track, scores, ORDINARY, |n| track.is_told[n]);
+        let peaks = outstanding(track, scores, ORDINARY, |n| is_one(track, scores[n], n, width));
         peaks.into_iter().map(|n| -scores[n]).fold(ORDINARY, f64::max)
     };
     let pushing = tracks.iter().zip(&spots.scores).map(of_track).fold(ORDINARY, f64::max);
@@ -276,10 +285,18 @@ fn beyond(mut scores: Vec<f64>, highest_of_others: f64) -> f64 {
     scores.iter().enumerate().map(of).fold(1.0, f64::min)
 }
 
-/// Whether spots may as well have one duration: pulses of some duration fit clearly better or, where too few spots are
-/// resolved for their lengths to tell, nearly as well. That all of them brake tells nothing: so do the bursts of a
-/// plain screw. At one speed a length is a duration, and only a clearly better fit says that they have one.
-fn is_of_duration(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize) -> bool {
+/// What spots have in common.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Common {
+    Length,
+    Duration,
+    /// One or the other.
+    Either,
+}
+
+/// Whether pulses of one duration fit spots clearly better than those of one length or, where too few spots are resolved
+/// for their lengths to tell, clearly worse. At one speed a length is a duration.
+fn common(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize) -> Common {
     let row_s = tracks.iter().map(|track| track.step_s).fold(f64::INFINITY, f64::min);
     let spots = &lengths[best].1.braking;
     let durations = ladder(row_s, DURATIONS).map(|duration_s| Pulses::of(tracks, Width::Duration(duration_s)));
@@ -291,10 +308,19 @@ fn is_of_duration(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize) -> b
     if resolved.len() < FEW || scatter(&speeds) < SPREAD {
         let variance = |spot: &(usize, usize)| peak(&lengths[best].1, *spot).powi(-2);
         let noise = OWN_NOISE * spots.iter().map(variance).sum::<f64>().sqrt() / spots.len() as f64;
-        return ahead < if is_at_one_speed(tracks, spots) { -noise } else { noise };
+        return match ahead {
+            _ if ahead < -noise => Common::Duration,
+            _ if ahead < noise || is_at_one_speed(tracks, spots) => Common::Either,
+            _ => Common::Length,
+        };
     }
     let own: Vec<f64> = resolved.iter().map(|(_, length)| *length).collect();
-    ahead < -OTHER_SHAPE || line(&speeds.iter().copied().zip(own).collect::<Vec<_>>()).1 > LIKE_DURATION
+    let slope = line(&speeds.iter().copied().zip(own).collect::<Vec<_>>()).1;
+    match ahead < -OTHER_SHAPE || slope > LIKE_DURATION {
+        true => Common::Duration,
+        false if is_at_one_speed(tracks, spots) => Common::Either,
+        false => Common::Length,
+    }
 }
 
 /// Whether all spots but a few were rolled over at one speed.
@@ -365,25 +391,24 @@ fn is_fixed(side: &Side<'_>, tracks: &[Track], spots: &[(usize, usize)]) -> bool
     passes > 0 && met as f64 > MET_AGAIN * passes as f64
 }
 
-/// Common properties of the spots at the best length. `left`: one entry per row of all runs.
-fn described(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize, p: f64, left: &[f64], side: &Side<'_>) -> Spots {
+/// Common properties of the spots at the best length. `all`: number of rows of all runs.
+fn described(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize, common: Common, p: f64, all: usize) -> Spots {
     let (length_m, spots) = &lengths[best];
     let count = spots.braking.len() as f64;
-    let against: Vec<f64> = side.contexts.iter().flat_map(|context| &context.steady.direction).copied().collect();
     let mut of_spots_m: Vec<f64> = resolved(tracks, lengths, best).into_iter().map(|(_, length)| length).collect();
     if of_spots_m.len() < FEW {
         of_spots_m = spots.braking.iter().map(|spot| own_length_m(lengths, *spot).ln()).collect();
     }
     let (mut heights_n, mut travel_m) = (Vec::new(), 0.0);
     let mut squares_n2 = 0.0;
-    let mut rows = vec![false; left.len()];
+    let mut rows = vec![false; all];
     for ((index, track), scores) in tracks.iter().enumerate().zip(&spots.scores) {
         let is_seen = |n: &usize| track.is_told[*n] && scores[*n] != 0.0;
         travel_m += (0..scores.len()).filter(is_seen).map(|n| track.speed_m_s[n] * track.step_s).sum::<f64>();
         // dirt does not wait for a steady speed
         let braking = outstanding(track, scores, OUTSTANDING, |n| track.compared[n] && track.is_built_up[n]);
         for n in braking.into_iter().filter(|n| scores[*n] > 0.0) {
-            let (height_n, square_n2) = height(track, n, *length_m, left, &against);
+            let (height_n, square_n2) = height(track, n, Width::Length(*length_m));
             squares_n2 += square_n2;
             if spots.braking.contains(&(index, n)) {
                 heights_n.push(height_n.max(NOTHING_N).ln());
@@ -405,7 +430,7 @@ fn described(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize, p: f64, l
         length_m: Number { value: together_m.unwrap_or(of_each.value), ..of_each },
         force_n: typical(&heights_n),
         squares_n2,
-        are_at_one_speed: is_at_one_speed(tracks, &spots.braking),
+        may_have_one_duration: common == Common::Either,
         p,
         rows,
     }
@@ -413,16 +438,19 @@ fn described(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize, p: f64, l
 
 /// Height of a pulse above its surroundings, N, and its squared force, summed over its rows, N²: least-squares fit of
 /// the triangle.
-fn height(track: &Track, at: usize, length_m: f64, left: &[f64], against: &[f64]) -> (f64, f64) {
-    let braking = |n: usize| left[track.rows.start + n] * against[track.rows.start + n];
+fn height(track: &Track, at: usize, width: Width) -> (f64, f64) {
     let away_m = |n: usize| (track.travel_m[n] - track.travel_m[at]).abs();
     let is_around = |n: &usize| away_m(*n) <= BASELINE_M || n.abs_diff(at) <= BASELINE_ROWS;
     let before = (0..at).rev().take_while(is_around);
-    let around: Vec<usize> = before.chain((at..track.travel_m.len()).take_while(is_around)).collect();
-    let beside = around.iter().filter(|n| track.compared[**n]).map(|n| braking(*n));
-    let baseline = median(beside.collect()).unwrap_or(0.0);
-    let shape = |n: usize| (1.0 - 2.0 * away_m(n) / length_m).max(0.0);
-    let along: f64 = around.iter().map(|n| shape(*n) * (braking(*n) - baseline)).sum();
+    let around = before.chain((at..track.travel_m.len()).take_while(is_around));
+    let around: Vec<usize> = around.filter(|n| track.compared[*n]).collect();
+    let baseline = median(around.iter().map(|n| track.left_n[*n]).collect()).unwrap_or(0.0);
+    let halves = |n: usize| match width {
+        Width::Length(length_m) => 2.0 * away_m(n) / length_m,
+        Width::Duration(duration_s) => 2.0 * track.step_s * n.abs_diff(at) as f64 / duration_s,
+    };
+    let shape = |n: usize| (1.0 - halves(n)).max(0.0);
+    let along: f64 = around.iter().map(|n| shape(*n) * (track.left_n[*n] - baseline)).sum();
     let squared: f64 = around.iter().map(|n| shape(*n) * shape(*n)).sum();
     (along / squared.max(1.0), along * along / squared.max(1.0))
 }
@@ -448,6 +476,29 @@ mod tests {
         assert_eq!(together_m(&of([376.0, 380.0, 392.0]), 13.0), longest_m);
         assert_eq!(together_m(&of([376.0, 377.0, 379.0]), 13.0), None);
         assert_eq!(together_m(&of([376.0, 300.0, 200.0]), 13.0), None);
+    }
+
+    /// The filter of noise that remembers gives every spot flanks, which add up between two of them.
+    #[test]
+    fn nothing_pushes_between_two_spots() {
+        let left_n: Vec<f64> = (0..400).map(|n| if [199, 201].contains(&n) { 1.0 } else { 0.0 }).collect();
+        let differences = |n: usize| 2.0 * left_n[n] - left_n[n - 1] - left_n[n + 1];
+        let braking = (0..400).map(|n| if (1..399).contains(&n) { differences(n) } else { 0.0 }).collect();
+        let track = Track {
+            rows: 0..400,
+            step_s: 0.01,
+            travel_m: (0..400).map(|n| 1e-3 * f64::from(n)).collect(),
+            speed_m_s: vec![0.1; 400],
+            left_n,
+            braking,
+            compared: vec![true; 400],
+            is_built_up: vec![true; 400],
+            is_told: vec![true; 400],
+        };
+        let width = Width::Length(SHORTEST_M);
+        let score = |n: usize| track.braking[n];
+        assert!((score(199), score(200), score(201)) == (2.0, -2.0, 2.0));
+        assert_eq!([199, 200, 201].map(|n| is_one(&track, score(n), n, width)), [true, false, true]);
     }
 
     #[test]

@@ -33,6 +33,8 @@ pub(crate) struct Track {
     pub(crate) step_s: f64,
     pub(crate) travel_m: Vec<f64>,
     pub(crate) speed_m_s: Vec<f64>,
+    /// `r`, positive against the motion, N.
+    pub(crate) left_n: Vec<f64>,
     /// `WᵀW r`, positive against the motion, over its scale; 0 where not compared.
     pub(crate) braking: Vec<f64>,
     pub(crate) compared: Vec<bool>,
@@ -187,6 +189,7 @@ mod tests {
             step_s: 0.01,
             travel_m: (0..rows).map(|n| n as f64 * 0.01 * speed_m_s).collect(),
             speed_m_s: vec![speed_m_s; rows],
+            left_n: braking.clone(),
             braking,
             compared: vec![true; rows],
             is_built_up: vec![true; rows],
