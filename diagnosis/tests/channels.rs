@@ -227,3 +227,45 @@ fn a_force_that_is_late_is_late_although_the_law_hardly_changes_along_the_stroke
     assert_eq!(ids(&late), ["time-misalignment"], "{late:#?}");
     assert!((number(&late) - 0.005).abs() < 1e-3, "{late:#?}");
 }
+
+/// Strokes that turn without rest, at 200 rows a second, with the force passed through `channel` at ten times that rate.
+fn sampled(channel: impl Fn(&[f64]) -> Vec<f64>, noise_n: f64) -> Run {
+    let speeds_m_s = vec![0.02, 0.05, 0.1, 0.2, 0.3];
+    let order = Order::Both;
+    let fine = Staircase { speeds_m_s, length_m: 0.2, order, strokes: 3, hold_s: 0.0, ..Staircase::default() };
+    let fine = fine.course(2000.0, &USUAL).unwrap();
+    let force = channel(&simulation("").force(&fine.run, &fine.motion).unwrap());
+    let every_tenth = |values: &[f64]| values.iter().step_by(10).copied().collect::<Vec<f64>>();
+    let mut noise = Noise::new(7, 0);
+    let drag_force_n: Vec<f64> = every_tenth(&force).iter().map(|force| force + noise_n * noise.gaussian()).collect();
+    let rows = drag_force_n.len();
+    Run {
+        time_s: every_tenth(&fine.run.time_s),
+        position_m: Some(every_tenth(&fine.motion.position_m)),
+        drag_force_n,
+        preload_n: Some(vec![3000.0; rows]),
+        temperature_block_degc: Some(vec![40.0; rows]),
+        parts: vec![Part { rows: 0..rows, segment: None, starts: Break::Start }],
+        ..Run::default()
+    }
+}
+
+/// Where starts and stops do not say what the channel does within a row, the rest of the recording does not either.
+#[test]
+fn a_channel_late_by_less_than_a_row_is_late_or_filtered() {
+    let step_s = 5e-4;
+    let late = |force: &[f64]| (0..force.len()).map(|n| force[n.saturating_sub(1)]).collect();
+    let filtered = |force: &[f64]| {
+        let (mut y, keep) = (force[0], (-step_s / 4e-4f64).exp());
+        let next = |u: &f64| {
+            y = keep * y + (1.0 - keep) * u;
+            y
+        };
+        force.iter().map(next).collect()
+    };
+    for run in [sampled(late, 0.2), sampled(filtered, 0.05)] {
+        let found = outcome(&run, &simulation("")).diagnosis;
+        let [cause] = found.mechanisms.as_slice() else { panic!("{found:#?}") };
+        assert_eq!((cause.id.as_str(), cause.equivalents[0].as_str()), ("time-misalignment", "force-lowpass"));
+    }
+}

@@ -390,3 +390,11 @@ fn a_force_that_remembers_the_load_is_no_run_in() {
     assert!(!sets(&found).iter().flatten().any(|id| *id == "run-in"), "{:?}", sets(&found));
     assert_eq!(found.mechanisms.first().map(|first| first.id.as_str()), Some("unknown"));
 }
+
+/// Presliding acts within micrometres of a turn, mostly in rows that come too soon after it to be compared.
+#[test]
+fn what_acts_at_turns_has_its_size_in_all_rows() {
+    let course = strokes(&[0.01, 0.03, 0.1, 0.3], 0.02, 0.0, 3000.0);
+    let found = diagnosis(&[recorded(course, &[added(Id::Presliding, 0, &[3e-5], &[0.004])], nothing, 4)]);
+    assert_eq!(sets(&found), [["presliding"]]);
+}

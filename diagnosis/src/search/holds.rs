@@ -43,6 +43,10 @@ const AT_A_JOINT_M: f64 = 0.05;
 /// wrong by some of it.
 const MORE_MASS: f64 = 1.3;
 
+/// Causes that act where the force turns, mostly in rows that come too soon after it to be compared: alone, their size
+/// is that in all rows.
+const AT_TURNS: [Id; 3] = [Id::Presliding, Id::TimeMisalignment, Id::ForceLowpass];
+
 /// A profile coarser than this many wavelengths cannot imitate the wave.
 const COARSE: f64 = 2.0;
 
@@ -94,7 +98,7 @@ pub(crate) fn holds(
     if matches!(candidate.source, Source::Shift { .. }) {
         return !is_tiny && gain.score > (pool.kinds as f64).ln();
     }
-    is_relevant(bench, candidate, gain, floor)
+    (is_relevant(bench, candidate, gain, floor) || members.is_empty() && acts_at_turns(bench, candidate, gain, floor))
         && !is_of_one_profile(bench, candidate, gain, members)
         && !is_missed_by_a_curve(bench, candidate, gain, members)
         && !rings_with_more_than_moves(bench, candidate, gain, members)
@@ -263,6 +267,18 @@ fn is_periodic(source: &Source) -> bool {
 /// Whether the RMS force of a cause exceeds its floor.
 pub(crate) fn is_relevant(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, floor: Floor) -> bool {
     size_n(bench, &candidate.source, &gain.amplitudes) > floor.of(&candidate.source)
+}
+
+/// Whether a cause acts where the force turns, and its RMS force in all rows exceeds its floor.
+fn acts_at_turns(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, floor: Floor) -> bool {
+    let source = &candidate.source;
+    AT_TURNS.iter().any(|id| source.is(*id)) && rms_n(&bench.force(source, &gain.amplitudes)) > floor.of(source)
+}
+
+/// RMS over all rows that have a force, N.
+fn rms_n(force: &[f64]) -> f64 {
+    let known: Vec<f64> = force.iter().copied().filter(|x| x.is_finite()).collect();
+    if known.is_empty() { 0.0 } else { rms(&known) }
 }
 
 /// RMS of a cause's force, N.

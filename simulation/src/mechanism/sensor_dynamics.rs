@@ -13,7 +13,7 @@ pub(super) const FORCE_LOWPASS: Definition = Definition {
     forms: &[
         Form {
             name: "minimal",
-            shape: &[ratio("time_s", "s", 5e-4, 0.2, 8)],
+            shape: &[ratio("time_s", "s", 1e-4, 0.2, 10)],
             amplitudes: &[whole("part", 0.1)],
             columns: |context, shape| filtered(context, &context.steady.force_n, *shape.first()?, 1),
             phase_bound: false,
@@ -21,7 +21,7 @@ pub(super) const FORCE_LOWPASS: Definition = Definition {
         },
         Form {
             name: "second-order",
-            shape: &[ratio("time_s", "s", 5e-4, 0.2, 8)],
+            shape: &[ratio("time_s", "s", 1e-4, 0.2, 10)],
             amplitudes: &[whole("part", 0.1)],
             columns: |context, shape| filtered(context, &context.steady.force_n, *shape.first()?, 2),
             phase_bound: false,
@@ -29,7 +29,7 @@ pub(super) const FORCE_LOWPASS: Definition = Definition {
         },
         Form {
             name: "held",
-            shape: &[ratio("time_s", "s", 5e-4, 0.2, 8)],
+            shape: &[ratio("time_s", "s", 1e-4, 0.2, 10)],
             amplitudes: &[whole("part", 0.1)],
             columns: |context, shape| filtered(context, &held_at_rest(context), *shape.first()?, 1),
             phase_bound: false,
