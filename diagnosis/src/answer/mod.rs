@@ -3,6 +3,7 @@
 //! ```text
 //! proof        held-out rows; scores: the three stages there; carried: how much of each cause is present there
 //! aside        what was found without a fit; play: backlash of a coupling, identified before anything else
+//! unsure       what neither the search nor the held-out rows are sure of
 //! balance      shares of the squared mismatch
 //! member       name, parameters and sentence of a fitted cause; region: where it acts
 //! shown        what was found without a fit; finding: names and sentences of that
@@ -20,6 +21,7 @@ pub(crate) mod proof;
 pub(crate) mod region;
 pub(crate) mod scores;
 pub(crate) mod shown;
+pub(crate) mod unsure;
 
 use simulation::Simulation;
 use simulation::law::Factors;
@@ -32,6 +34,7 @@ use crate::answer::member::Named;
 use crate::answer::region::region;
 use crate::answer::scores::Proof;
 use crate::answer::shown::Shown;
+use crate::answer::unsure::UNSTEADY;
 use crate::experiment;
 use crate::fit::member::Member;
 use crate::fit::rest::shares;
@@ -187,9 +190,6 @@ fn signature(mechanisms: &[Finding], unexplained: f64) -> &'static str {
 /// Share of unnamed effects beside which no small cause is certain, and the share below which a cause is small there.
 const MOSTLY_UNKNOWN: f64 = 0.5;
 const SMALL_BESIDE: f64 = 0.2;
-
-/// Causes that may differ on other rows.
-const UNSTEADY: [Id; 2] = [Id::StructuralResonance, Id::ForceQuantisation];
 
 /// Turns small causes into a part of the unknown where unnamed effects, together with what nothing follows, are most of
 /// the mismatch. Of such names, on development set 303 and the opened trial 8, seven of eight were false.

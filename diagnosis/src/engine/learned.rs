@@ -110,6 +110,11 @@ impl<'p> Learned<'p> {
         Case { given, side, training: &self.training, saturation, seen_from_m }
     }
 
+    /// The law's parameter values where calibration left them.
+    pub(super) fn law_only(&self) -> &[f64] {
+        &self.law.values
+    }
+
     /// What is scored, and with which law.
     pub(super) fn held(&self, seed: u64) -> Held<'_> {
         let Prepared { holdout, split, coarsest, .. } = self.prepared;

@@ -20,6 +20,7 @@ use crate::answer::aside::Aside;
 use crate::answer::play::Play;
 use crate::answer::proof::Split;
 use crate::answer::scores;
+use crate::answer::unsure::is_unsure;
 use crate::report::{DataQuality, Diagnosis, Holdout, SCHEMA, Unexplained, Verdict};
 
 use learned::{Anew, Learned};
@@ -122,7 +123,11 @@ fn attempt(asked: &Asked<'_>, quality: &mut DataQuality) -> Result<Outcome, Refu
     let aside =
         Aside { spots: spots.as_ref(), speed: prepared.speed, heard: ringing.heard.as_ref(), play: play.as_ref() };
     let case = learned.case(given, seen_from_m);
-    let proof = scores::score(&case, &learned.held(asked.seed), &found, &aside)?;
+    let mut proof = scores::score(&case, &learned.held(asked.seed), &found, &aside)?;
+    if is_unsure(&found, &aside, &proof) {
+        found = found.taken_back(&case, learned.law_only())?;
+        proof = scores::score(&case, &learned.held(asked.seed), &found, &aside)?;
+    }
     let (diagnosis, augmented) = answer::write(&case, &found, &aside, proof, quality)?;
     Ok(Outcome { diagnosis, augmented: Some(augmented), refused: None })
 }

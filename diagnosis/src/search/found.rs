@@ -49,7 +49,7 @@ pub(crate) struct Found<'s> {
     pub(crate) coarse_step_n: Option<f64>,
 }
 
-impl Found<'_> {
+impl<'s> Found<'s> {
     /// Whether only the law's own parameters are off.
     pub(crate) fn is_shift_only(&self) -> bool {
         !self.members.is_empty() && self.members.iter().all(|m| m.candidate.source.is_shift())
@@ -58,6 +58,28 @@ impl Found<'_> {
     /// RMS of the residual of law and members, N.
     pub(crate) fn left_n(&self, case: &Case<'_>) -> Result<f64, String> {
         left_n(case, &self.bench, &self.members, &self.fit, &self.calibrated)
+    }
+
+    /// Without its causes: the law alone, at these values of its parameters. They are listed as considered.
+    pub(crate) fn taken_back(mut self, case: &Case<'s>, law_only: &[f64]) -> Result<Self, String> {
+        let considered = |member: Member| Considered {
+            id: member.candidate.source.id().to_owned(),
+            share_alone: 1.0,
+            share_beside: 1.0,
+            reason: "it is not sure enough, and makes the error larger on the rows that were set aside".to_owned(),
+        };
+        let bench = case.around(&self.bench.rows, law_only)?;
+        let fit = bench.fit_members(&[]).standing(&bench.fit_beside_law(&[]));
+        self.considered.splice(0..0, std::mem::take(&mut self.members).into_iter().map(considered));
+        Ok(Found {
+            bench,
+            doubts: Vec::new(),
+            sets: Vec::new(),
+            fit,
+            calibrated: law_only.to_vec(),
+            with_shifts: law_only.to_vec(),
+            ..self
+        })
     }
 
     /// Amplitudes of every member.
