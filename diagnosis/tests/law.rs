@@ -10,6 +10,15 @@ use simulation::run::{Break, Part, Run};
 
 use crate::common::{GUIDE, USUAL, ids, nothing, number, outcome, recorded, simulation, strokes};
 
+/// Strokes whose force is off by this share of the law's, %.
+fn off_by(percent: f64, simulation: &Simulation) -> Run {
+    let course = strokes();
+    let law = simulation.force(&course.run, &course.motion).unwrap();
+    let mut run = recorded(simulation, course, nothing);
+    run.drag_force_n.iter_mut().zip(&law).for_each(|(force, law)| *force += percent / 100.0 * law);
+    run
+}
+
 #[test]
 fn calibration_does_not_follow_what_the_law_cannot_know() {
     // preload and friction compensate each other, and the block is off by more than either tolerance
@@ -37,11 +46,7 @@ fn calibration_does_not_follow_what_the_law_cannot_know() {
 fn the_interval_of_a_number_that_is_off_knows_of_those_beside_it() {
     let simulation = simulation("[tolerance]\npreload = 0.05\nfriction = 0.03\nviscosity = 0.05\n");
     for percent in [-40.0, -35.0, -30.0, 40.0, 60.0, 80.0] {
-        let course = strokes();
-        let law = simulation.force(&course.run, &course.motion).unwrap();
-        let mut run = recorded(&simulation, course, nothing);
-        run.drag_force_n.iter_mut().zip(&law).for_each(|(force, law)| *force += percent / 100.0 * law);
-        let found = outcome(&run, &simulation).diagnosis;
+        let found = outcome(&off_by(percent, &simulation), &simulation).diagnosis;
         assert_eq!(ids(&found), ["parameter-shift"], "{percent} %");
         for number in &found.mechanisms[0].parameters {
             // at one preload, an error of the preload within its tolerance cannot be told from friction
@@ -124,11 +129,7 @@ fn a_simulation_that_stays_far_from_the_force_is_never_a_match() {
 fn a_number_that_is_off_takes_none_of_those_beside_it_out_of_their_tolerance() {
     let simulation = simulation("[tolerance]\npreload = 0.004\nfriction = 0.004\nviscosity = 0.004\n");
     for percent in [-5.0, -4.0, -3.0, 3.0, 4.0, 5.0] {
-        let course = strokes();
-        let law = simulation.force(&course.run, &course.motion).unwrap();
-        let mut run = recorded(&simulation, course, nothing);
-        run.drag_force_n.iter_mut().zip(&law).for_each(|(force, law)| *force += percent / 100.0 * law);
-        let found = outcome(&run, &simulation).diagnosis;
+        let found = outcome(&off_by(percent, &simulation), &simulation).diagnosis;
         assert_eq!(ids(&found), ["parameter-shift"], "{percent} %");
         let [number] = found.mechanisms[0].parameters.as_slice() else { panic!("{percent} %: {found:#?}") };
         let [low, high] = number.ci95;

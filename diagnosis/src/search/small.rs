@@ -83,12 +83,13 @@ pub(crate) fn drop_small(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Membe
     }
 }
 
-/// Drops members, the smallest first, that carry next to nothing beside a structure that rings, fitted or heard, N².
+/// Drops members, the smallest first, that carry next to nothing beside a structure that rings: a member, or one that the
+/// spectrum shows. `heard_n2`: mean square of its force, N²; 0 where none is heard.
 pub(crate) fn drop_beside_ringing(bench: &Bench<'_>, heard_n2: f64, members: &mut Vec<Member>) {
     let rings = |member: &Member| member.candidate.source.is(Id::StructuralResonance);
-    let tangent = imitated(bench, members);
     while heard_n2 > 0.0 || members.iter().any(rings) {
         let fit = bench.fit_members(members);
+        let tangent = imitated(bench, members);
         let beyond_law = |(member, amplitudes): (&Member, Vec<f64>)| {
             beyond(&bench.rows, &tangent, &bench.force(&member.candidate.source, &amplitudes))
         };
