@@ -6,7 +6,7 @@ use simulation::mechanism::{Definition, Id, Search, ShapeParameter};
 use crate::answer::finding;
 use crate::fit::bench::Bench;
 use crate::fit::least_squares::Fit;
-use crate::fit::member::{Beside, Member};
+use crate::fit::member::{Beside, Candidate, Member};
 use crate::fit::source::Source;
 use crate::nominal::Nominal;
 use crate::report::{Estimate, Finding};
@@ -222,35 +222,70 @@ fn estimate(name: &str, value: f64, sigma: f64, unit: &str) -> Estimate {
     Estimate { name: name.to_owned(), value, ci95: [value - 1.96 * sigma, value + 1.96 * sigma], unit: unit.to_owned() }
 }
 
-/// Standard deviation of a shape parameter, from the curvature of the evidence.
+/// Evidence that is lost on the way from a shape parameter to where its curvature is measured, nats: the least that is
+/// beyond the last digits of a fit, and the most along which a parabola follows it.
+const LOST: [f64; 2] = [0.2, 4.0];
+
+/// Most distances that are tried for it.
+const TRIES: usize = 12;
+
+/// Standard deviation of a shape parameter, from the evidence on both sides of it.
 fn shape_deviation(bench: &Bench<'_>, fit: &Fit, member: &Member, k: usize) -> f64 {
     let Source::Mechanism { definition, form, shape } = &member.candidate.source else { return f64::NAN };
     let parameter = &definition.forms[*form].shape[k];
     let others: Vec<usize> = fit.active.iter().copied().filter(|column| !member.base.contains(column)).collect();
-    let fit = bench.fit(&others);
-    let mut own = member.candidate.clone();
-    bench.prepare(&mut own, &fit.active);
-    let top = bench.gain(&own, &fit).nats;
-    let span = match parameter.search {
+    let beside = bench.fit(&others);
+    let nats = |mut candidate: Candidate| {
+        bench.prepare(&mut candidate, &fit.active);
+        bench.gain(&candidate, &beside).nats
+    };
+    let top = nats(member.candidate.clone());
+    let lost = |value: f64| {
+        let mut moved = shape.clone();
+        moved[k] = value;
+        let source = Source::Mechanism { definition, form: *form, shape: moved };
+        Some((value - shape[k], top - nats(bench.candidate(source)?)))
+    };
+    let range = parameter.to - parameter.from;
+    let mut step = match parameter.search {
         _ if parameter.log => shape[k].abs() * 0.05,
         Search::EitherSide => shape[k].abs() * 0.1,
-        _ => (parameter.to - parameter.from) * 0.02,
+        _ => range * 0.02,
     };
-    let mut curvature = 0.0;
-    for side in [-1.0, 1.0] {
-        let mut moved = shape.clone();
-        moved[k] = (shape[k] + side * span).clamp(parameter.from, parameter.to);
-        let step = (moved[k] - shape[k]).abs();
-        if step < 1e-3 * span {
-            continue;
-        }
-        let source = Source::Mechanism { definition, form: *form, shape: moved };
-        if let Some(mut other) = bench.candidate(source) {
-            bench.prepare(&mut other, &fit.active);
-            curvature = f64::max(curvature, 2.0 * (top - bench.gain(&other, &fit).nats) / (step * step));
+    let mut sides = Vec::new();
+    for _ in 0..TRIES {
+        let ends = [shape[k] - step, shape[k] + step].map(|value| value.clamp(parameter.from, parameter.to));
+        // at the end of the range there is one side
+        let told = ends.into_iter().filter(|value| (value - shape[k]).abs() > 1e-3 * step).filter_map(&lost);
+        sides = told.collect();
+        let most = sides.iter().map(|(_, lost)| *lost).fold(0.0, f64::max);
+        let is_whole = step >= range;
+        match most {
+            _ if most > LOST[1] => step *= (0.5 * LOST[1] / most).sqrt().max(0.1),
+            _ if most < LOST[0] && !is_whole => step = (4.0 * step).min(range),
+            _ => break,
         }
     }
-    if curvature > 0.0 { 1.0 / curvature.sqrt() } else { parameter.to - parameter.from }
+    deviation(&sides).map_or(range, |sigma| sigma.min(range))
+}
+
+/// Standard deviation of a number from the evidence lost at distances from it, nats; `None` where none is.
+///
+/// ```text
+/// lost(x) = a x² + b x    σ² = 1/(2a) + (b/(2a))²
+/// ```
+///
+/// The second term is the way to the top of the parabola, where the search ended beside it.
+fn deviation(lost: &[(f64, f64)]) -> Option<f64> {
+    let (a, b) = match lost {
+        [(x1, lost1), (x2, lost2)] => {
+            let a = (lost2 / x2 - lost1 / x1) / (x2 - x1);
+            (a, lost2 / x2 - a * x2)
+        }
+        [(x, lost)] => (lost / (x * x), 0.0),
+        _ => return None,
+    };
+    (a > 0.0).then(|| (1.0 / (2.0 * a)).sqrt().hypot(b / (2.0 * a)))
 }
 
 #[cfg(test)]

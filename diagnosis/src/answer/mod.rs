@@ -1,7 +1,8 @@
 //! The answer: diagnosis and augmented simulation, written from what was found.
 //!
 //! ```text
-//! proof        held-out rows; scores: the three stages there; carried: how much of each cause is present there
+//! proof        held-out rows; scores: the three stages there; carried: how much of each cause is present there;
+//!              elsewhere: what a cause that is bound to places does where places are others
 //! aside        what was found without a fit; play: backlash of a coupling, identified before anything else
 //! unsure       what neither the search nor the held-out rows are sure of
 //! balance      shares of the squared mismatch
@@ -13,6 +14,7 @@
 pub(crate) mod aside;
 pub(crate) mod balance;
 pub(crate) mod carried;
+pub(crate) mod elsewhere;
 pub(crate) mod export;
 pub(crate) mod finding;
 pub(crate) mod member;

@@ -7,6 +7,7 @@ use simulation::run::Run;
 
 use crate::answer::aside::Aside;
 use crate::answer::carried::Scored;
+use crate::answer::elsewhere::Places;
 use crate::answer::play::Play;
 use crate::answer::proof::{self, Interval, Split, Stages};
 use crate::fit::member::Member;
@@ -14,7 +15,6 @@ use crate::fit::source::{Source, raw_columns, weighted};
 use crate::fit::spectrum::wavelength_m;
 use crate::noise::rows::Rows;
 use crate::nominal::Nominal;
-use crate::numbers::linear::{Cholesky, Symmetric, dot};
 use crate::numbers::statistics::rms;
 use crate::recording::moving::Moving;
 use crate::recording::side::Side;
@@ -198,25 +198,17 @@ impl Scene<'_> {
         Some(weighted(&raw_columns(source, contexts)?, &member.amplitudes(&self.found.fit)))
     }
 
-    /// What a member predicts where places differ from those of the training runs: its mean along the stroke, for both
-    /// directions and in proportion to the law's force. A wave has no mean.
+    /// What a member predicts where places differ from those of the training runs: what it does at most of them. A wave
+    /// does nothing there.
     fn without_place(&self, contexts: &[Context<'_>], at: usize) -> Option<Vec<f64>> {
-        if wavelength_m(&self.found.members[at].candidate.source).is_some() {
+        let Found { bench, members, fit, .. } = self.found;
+        let source = &members[at].candidate.source;
+        if wavelength_m(source).is_some() {
             return None;
         }
-        let bench = &self.found.bench;
-        let taught = self.force(bench.contexts, at)?;
-        let mut a = Symmetric::zeros(4);
-        let mut b = vec![0.0; 4];
-        let rows = taught.iter().zip(bench.contexts.iter().flat_map(carriers)).zip(&bench.compared);
-        for ((force, carriers), _) in rows.filter(|(_, compared)| **compared) {
-            for i in 0..4 {
-                b[i] += carriers[i] * force;
-                (0..=i).for_each(|j| a.add(i, j, carriers[i] * carriers[j]));
-            }
-        }
-        let mean = Cholesky::of(&a).solve(&b);
-        Some(contexts.iter().flat_map(carriers).map(|carriers| dot(&carriers, &mean)).collect())
+        let columns = raw_columns(source, bench.contexts)?;
+        let places = Places::of(bench.contexts, &bench.compared);
+        Some(places.force(&columns, &members[at].amplitudes(fit), contexts))
     }
 
     /// How much of each member is present, everything else as it was found.
@@ -249,15 +241,6 @@ impl Scene<'_> {
         let with = side.residual(self.nominal, &self.found.with_shifts)?;
         Ok(without.iter().zip(with).map(|(without, with)| without - with).collect())
     }
-}
-
-/// Regressors, row by row, for a force whose places are unknown: constant, direction, and the law's force with its sign
-/// and without.
-fn carriers(context: &Context<'_>) -> impl Iterator<Item = [f64; 4]> {
-    context.direction.iter().zip(&context.steady.force_n).map(|(direction, force)| {
-        let force = if force.is_finite() { *force } else { 0.0 };
-        [1.0, *direction, force, direction * force]
-    })
 }
 
 /// Whether a curve follows a recording's time or travel, which differ in another recording.
