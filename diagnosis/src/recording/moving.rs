@@ -10,6 +10,8 @@ use std::borrow::Cow;
 use simulation::motion::{Motion, calm};
 use simulation::run::Run;
 
+use crate::numbers::statistics::robust_sigma;
+
 /// Runs and their motion.
 pub(crate) struct Moving<'r> {
     pub(crate) runs: Cow<'r, [Run]>,
@@ -61,8 +63,12 @@ fn calmed(run: &Run) -> Run {
     }
 }
 
+/// Standard deviations of their difference within which a derived acceleration is the measured one without its noise.
+const ALIKE: f64 = 4.0;
+
 /// Motion whose acceleration does not share its noise with the mismatch: where acceleration was measured, that derived
-/// from the position. The law's inertia keeps the measured one; a column with it would explain noise by noise.
+/// from the position, but for corners of the motion, which a derived one rounds. The law's inertia keeps the measured one; a
+/// column with it would explain noise by noise.
 fn smoothed(runs: &[Run], motions: &[Motion]) -> Vec<Motion> {
     runs.iter()
         .zip(motions)
@@ -70,7 +76,15 @@ fn smoothed(runs: &[Run], motions: &[Motion]) -> Vec<Motion> {
             let mut motion = motion.clone();
             if run.acceleration_m_s2.is_some() && (run.position_m.is_some() || run.velocity_m_s.is_some()) {
                 let bare = Run { acceleration_m_s2: None, ..run.clone() };
-                motion.acceleration_m_s2 = Motion::of(&bare).acceleration_m_s2;
+                let derived = Motion::of(&bare).acceleration_m_s2;
+                let apart: Vec<f64> = derived
+                    .iter()
+                    .zip(&motion.acceleration_m_s2)
+                    .map(|(derived, measured)| derived - measured)
+                    .collect();
+                let most = ALIKE * robust_sigma(&apart);
+                let both = motion.acceleration_m_s2.iter_mut().zip(derived).zip(apart);
+                both.filter(|(_, apart)| apart.abs() <= most).for_each(|((a, derived), _)| *a = derived);
             }
             motion
         })

@@ -47,6 +47,9 @@ const MORE_MASS: f64 = 1.3;
 /// is that in all rows.
 const AT_TURNS: [Id; 3] = [Id::Presliding, Id::TimeMisalignment, Id::ForceLowpass];
 
+/// Causes that pull to one side whichever way the carriage moves, as no friction does.
+const TO_ONE_SIDE: [Id; 3] = [Id::ForceOffset, Id::GravityTilt, Id::ForceDrift];
+
 /// A profile coarser than this many wavelengths cannot imitate the wave.
 const COARSE: f64 = 2.0;
 
@@ -55,8 +58,8 @@ const COARSE: f64 = 2.0;
 pub(crate) struct Floor {
     /// For any cause.
     pub(crate) any_n: f64,
-    /// For all but waves: what calibration leaves where its derivatives are inexact varies with the law, and not
-    /// periodically with place.
+    /// For all but waves and what pulls to one side: what calibration leaves where its derivatives are inexact varies
+    /// with the law, against the motion and not periodically with place.
     pub(crate) inexact_n: f64,
     /// For all but the quantisation itself: what is smaller cannot be told from it.
     pub(crate) rounding_n: f64,
@@ -71,7 +74,8 @@ impl Floor {
             (true, false) => f64::INFINITY,
             (false, _) => self.rounding_n,
         };
-        let inexact_n = if is_periodic(source) { 0.0 } else { self.inexact_n };
+        let is_like_law = !is_periodic(source) && !TO_ONE_SIDE.iter().any(|id| source.is(*id));
+        let inexact_n = if is_like_law { self.inexact_n } else { 0.0 };
         self.any_n.max(rounding_n).max(inexact_n)
     }
 }
@@ -324,6 +328,13 @@ mod tests {
         assert!(is_at_a_joint(&at(Id::Contamination, 0.58), &joint));
         assert!(!is_at_a_joint(&at(Id::Contamination, 0.70), &joint));
         assert!(!is_at_a_joint(&joint, &joint));
+    }
+
+    #[test]
+    fn a_weight_is_no_error_of_a_law_that_is_off_and_a_seal_may_be_one() {
+        let floor = Floor { any_n: 0.01, inexact_n: 0.3, rounding_n: 0.0, is_coarse: false };
+        let least_n = |id: Id| floor.of(&Source::Mechanism { definition: definition(id), form: 0, shape: Vec::new() });
+        assert_eq!([Id::GravityTilt, Id::ForceOffset, Id::SealDrag].map(least_n), [0.01, 0.01, 0.3]);
     }
 
     #[test]

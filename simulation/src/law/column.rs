@@ -14,7 +14,8 @@
 //! another viscosity.
 //!
 //! The curve over speed is the column's own, taken within one part of the profile, where the preload is constant. What
-//! varies with the acceleration within a cell of speed is the program's inertia; neither factor scales it.
+//! varies with the acceleration within a cell of speed is the program's inertia; neither factor scales it. Where the
+//! acceleration is doubtful, at corners of a machine's moves, inertia is what the force has beyond that curve.
 
 mod curve;
 
@@ -24,7 +25,7 @@ use super::Factors;
 use crate::motion::{Corner, Motion};
 use crate::run::Run;
 
-use curve::{Point, slopes};
+use curve::{Point, Smooth, smooth};
 
 /// Error of a force known only by its column, as a share of its change with viscosity or preload, where contacts are
 /// not purely Hertzian: for example where preload changes the contact angle.
@@ -47,6 +48,9 @@ const AT_REST: f64 = 3.0;
 /// Error of a row's friction that counts as none, relative to the friction.
 const EXACT: f64 = 3e-4;
 
+/// Error of a row's friction from which its curve tells that better, relative to the friction on the curve.
+const DOUBTFUL: f64 = 0.01;
+
 /// Weight of a row of whose friction nothing is known, 1/N².
 const UNKNOWN: f64 = 1e-100;
 
@@ -67,10 +71,10 @@ pub(super) fn changed(
     let parts: Vec<Part> =
         run.profile_parts().into_iter().map(|rows| Part::of(rows, velocity, force, direction)).collect();
     let mass = mass(&parts, velocity, (acceleration, direction), force, &corners);
-    let inertia: Vec<f64> = acceleration.iter().map(|a| if mass == 0.0 { 0.0 } else { mass * a }).collect();
-    if *factors == Factors::default() {
-        return (force.to_vec(), inertia);
+    if mass == 0.0 && *factors == Factors::default() {
+        return (force.to_vec(), vec![0.0; force.len()]);
     }
+    let mut inertia: Vec<f64> = acceleration.iter().map(|a| if mass == 0.0 { 0.0 } else { mass * a }).collect();
     let preload = if run.preload_n.is_some() { factors.preload } else { 1.0 };
     let gain = factors.friction * preload;
     let shift = libm::log(factors.viscosity) - libm::log(preload) / 3.0;
@@ -79,7 +83,12 @@ pub(super) fn changed(
         let friction = |n: usize| direction[n] * (force[n] - inertia[n]);
         let curve = Curve::of(part, velocity, friction, |n| off(&corners[n], velocity[n], mass));
         for (n, cell) in part.sorted.iter().zip(part.cell_of()) {
-            let moved = direction[*n] * curve.step(cell, velocity[*n].abs().ln(), shift);
+            let ln_v = velocity[*n].abs().ln();
+            let usual = curve.value_at(cell, ln_v);
+            if mass.abs() * corners[*n].acceleration_m_s2 > DOUBTFUL * usual.abs() {
+                inertia[*n] = force[*n] - direction[*n] * usual;
+            }
+            let moved = direction[*n] * curve.step(cell, ln_v, shift);
             out[*n] = inertia[*n] + gain * (force[*n] - inertia[*n] + moved);
         }
     }
@@ -151,7 +160,7 @@ fn off(corner: &Corner, velocity_m_s: f64, mass: f64) -> (f64, f64) {
 /// Friction over ln V, cell by cell.
 struct Curve {
     points: Vec<Point>,
-    slopes: Vec<f64>,
+    smooth: Vec<Smooth>,
 }
 
 impl Curve {
@@ -173,8 +182,8 @@ impl Curve {
             Point { x: mean(&|n| velocity[n].abs().ln()), y: mean(&friction), variance }
         };
         let points: Vec<Point> = part.cells().map(point).collect();
-        let slopes = slopes(&points);
-        Curve { points, slopes }
+        let smooth = smooth(&points);
+        Curve { points, smooth }
     }
 
     /// Change over a step of ln V from a point in a cell: the mean of the slopes at both ends is exact for a parabola.
@@ -185,6 +194,15 @@ impl Curve {
     /// Slope at a point, interpolated between the two neighbouring cells and constant beyond the outermost; the search
     /// for them starts at `cell`.
     fn slope_at(&self, cell: usize, x: f64) -> f64 {
+        self.between(cell, x, |smooth| smooth.slope)
+    }
+
+    /// Friction at a point, in the same way, N.
+    fn value_at(&self, cell: usize, x: f64) -> f64 {
+        self.between(cell, x, |smooth| smooth.y)
+    }
+
+    fn between(&self, cell: usize, x: f64, of: impl Fn(&Smooth) -> f64) -> f64 {
         let mut below = cell;
         while below + 1 < self.points.len() && self.points[below + 1].x <= x {
             below += 1;
@@ -195,7 +213,8 @@ impl Curve {
         let above = (below + 1).min(self.points.len() - 1);
         let width = self.points[above].x - self.points[below].x;
         let share = if width > 0.0 { ((x - self.points[below].x) / width).clamp(0.0, 1.0) } else { 0.0 };
-        self.slopes[below] + share * (self.slopes[above] - self.slopes[below])
+        let (below, above) = (of(&self.smooth[below]), of(&self.smooth[above]));
+        below + share * (above - below)
     }
 }
 
@@ -326,8 +345,8 @@ mod tests {
         let corner = Corner { velocity_m_s: 1e-3, acceleration_m_s2: 0.0 };
         let known = |n: usize| if n == 0 { off(&corner, velocity[0], 0.0) } else { (0.0, 0.0) };
         let curve = Curve::of(&part, &velocity, friction, known);
-        let last = curve.slopes.last().expect("a slope");
-        assert!(curve.slopes.iter().all(|slope| slope.is_finite()), "{:?}", curve.slopes);
+        let last = curve.smooth.last().expect("a slope").slope;
+        assert!(curve.smooth.iter().all(|smooth| smooth.slope.is_finite()), "{:?}", curve.smooth);
         assert!((last - 10.0 * velocity[200]).abs() < 0.05, "{last}");
     }
 }

@@ -1,4 +1,4 @@
-//! Slopes of a curve that bends slowly, from values of which some are hardly known.
+//! Values and slopes of a curve that bends slowly, from values of which some are hardly known.
 //!
 //! Value `y` and slope `g` follow a random walk of the slope, with the intensity `q` (Wahba 1978: a cubic smoothing
 //! spline):
@@ -25,12 +25,19 @@ const BENDS: [f64; 5] = [1e-3, 3e-3, 1e-2, 3e-2, 1e-1];
 /// Scatters that are tried: variance of a value beyond its own, relative to the mean square of the values.
 const SCATTERS: [f64; 6] = [1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4];
 
-/// Slope at every point, in order of x. In front of the first one the curve is taken as flat as it is a unit of x
-/// before it.
-pub(super) fn slopes(points: &[Point]) -> Vec<f64> {
+/// Value and slope of the curve at a point.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Smooth {
+    pub(super) y: f64,
+    pub(super) slope: f64,
+}
+
+/// The curve at every point, in order of x. In front of the first one it is taken as flat as it is a unit of x before
+/// it.
+pub(super) fn smooth(points: &[Point]) -> Vec<Smooth> {
     let square = points.iter().map(|point| point.y * point.y).sum::<f64>() / points.len().max(1) as f64;
     if square == 0.0 || !square.is_finite() {
-        return vec![0.0; points.len()];
+        return vec![Smooth::default(); points.len()];
     }
     let tried = SCATTERS
         .iter()
@@ -102,10 +109,11 @@ impl Walk {
         Filtered { states, nats }
     }
 
-    /// Slopes that all values tell, given what those in front of each tell.
-    fn smoothed(self, points: &[Point], states: &[State]) -> Vec<f64> {
+    /// What all values tell, given what those in front of each tell.
+    fn smoothed(self, points: &[Point], states: &[State]) -> Vec<Smooth> {
         let Some(mut after) = states.last().copied() else { return Vec::new() };
-        let mut slopes = vec![after.g; states.len()];
+        let of = |state: State| Smooth { y: state.y, slope: state.g };
+        let mut found = vec![of(after); states.len()];
         for n in (0..states.len() - 1).rev() {
             let (here, dx) = (states[n], points[n + 1].x - points[n].x);
             let next = here.predicted(dx, self.bend);
@@ -120,9 +128,9 @@ impl Walk {
             let (of_y, of_g) = (gain(here.yy + dx * here.yg, here.yg), gain(here.yg + dx * here.gg, here.gg));
             let (y, g) = (after.y - next.y, after.g - next.g);
             after = State { y: here.y + of_y.0 * y + of_y.1 * g, g: here.g + of_g.0 * y + of_g.1 * g, ..here };
-            slopes[n] = after.g;
+            found[n] = of(after);
         }
-        slopes
+        found
     }
 }
 
@@ -144,7 +152,7 @@ mod tests {
     }
 
     fn worst(points: &[Point], exact: &[f64]) -> f64 {
-        slopes(points).iter().zip(exact).map(|(found, exact)| (found - exact).abs()).fold(0.0, f64::max)
+        smooth(points).iter().zip(exact).map(|(found, exact)| (found.slope - exact).abs()).fold(0.0, f64::max)
     }
 
     #[test]
@@ -157,14 +165,17 @@ mod tests {
     fn values_that_are_hardly_known_hardly_count() {
         let (points, exact) = points(0.01, |n| n % 3 == 0);
         assert!(worst(&points, &exact) < 0.25, "{}", worst(&points, &exact));
+        let values = smooth(&points);
+        let off = |n: usize| (values[n].y - points[n - n % 3 + 1].y).abs();
+        assert!((0..78).map(off).fold(0.0, f64::max) < 0.15, "a value that is off by 3 is not followed");
     }
 
     #[test]
     fn nothing_and_zeros_have_no_slope() {
-        assert!(slopes(&[]).is_empty());
+        assert!(smooth(&[]).is_empty());
         let zero = Point { x: 1.0, y: 0.0, variance: 0.0 };
-        assert_eq!(slopes(&[zero]), [0.0]);
-        assert_eq!(slopes(&[zero, Point { x: 2.0, ..zero }]), [0.0, 0.0]);
-        assert_eq!(slopes(&[Point { y: 5.0, ..zero }]), [0.0]);
+        assert_eq!(smooth(&[zero]), [Smooth::default()]);
+        assert_eq!(smooth(&[zero, Point { x: 2.0, ..zero }]), [Smooth::default(); 2]);
+        assert_eq!(smooth(&[Point { y: 5.0, ..zero }]), [Smooth { y: 5.0, slope: 0.0 }]);
     }
 }
