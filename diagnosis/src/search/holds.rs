@@ -276,7 +276,17 @@ pub(crate) fn is_relevant(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain,
 /// Whether a cause acts where the force turns, and its RMS force in all rows exceeds its floor.
 fn acts_at_turns(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, floor: Floor) -> bool {
     let source = &candidate.source;
-    AT_TURNS.iter().any(|id| source.is(*id)) && rms_n(&bench.force(source, &gain.amplitudes)) > floor.of(source)
+    is_at_turns(source) && rms_n(&bench.force(source, &gain.amplitudes)) > floor.of(source)
+}
+
+fn is_at_turns(source: &Source) -> bool {
+    AT_TURNS.iter().any(|id| source.is(*id))
+}
+
+/// RMS of the force of a cause that stands alone, N: where it acts at turns, in all rows.
+pub(crate) fn size_alone_n(bench: &Bench<'_>, source: &Source, amplitudes: &[f64]) -> f64 {
+    let compared_n = size_n(bench, source, amplitudes);
+    if is_at_turns(source) { compared_n.max(rms_n(&bench.force(source, amplitudes))) } else { compared_n }
 }
 
 /// RMS over all rows that have a force, N.
