@@ -302,4 +302,16 @@ mod tests {
             assert_eq!(time_of_filter([0.9 * lag_s, lag_s / 1.25], 1.25, step_s), [0.9 * lag_s, high]);
         }
     }
+
+    #[test]
+    fn a_number_is_as_sure_as_the_evidence_falls_beside_it() {
+        let lost = |x: f64, off: f64| 0.5 * ((x - off) * (x - off) - off * off) / (0.1 * 0.1);
+        let near = |found: Option<f64>, expected: f64| found.is_some_and(|sigma| (sigma - expected).abs() < 1e-12);
+        assert!(near(deviation(&[(-0.2, lost(-0.2, 0.0)), (0.2, lost(0.2, 0.0))]), 0.1));
+        assert!(near(deviation(&[(0.3, lost(0.3, 0.0))]), 0.1), "at the end of the range");
+        // where the search ended beside the top, the way there counts
+        assert!(near(deviation(&[(-0.2, lost(-0.2, 0.05)), (0.3, lost(0.3, 0.05))]), 0.1f64.hypot(0.05)));
+        assert_eq!(deviation(&[(-0.2, 0.0), (0.2, 0.0)]), None, "it tells nothing");
+        assert_eq!(deviation(&[]), None);
+    }
 }

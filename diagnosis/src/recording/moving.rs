@@ -90,3 +90,34 @@ fn smoothed(runs: &[Run], motions: &[Motion]) -> Vec<Motion> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use simulation::run::{Break, Part};
+
+    use super::*;
+
+    /// A ramp of the speed between two constants: along it the derived acceleration, which has no noise, at its two ends
+    /// the measured one, which is not rounded.
+    #[test]
+    fn a_measured_acceleration_is_kept_at_corners_and_no_noise_of_it_elsewhere() {
+        let (rows, step_s) = (2000, 0.005);
+        let time_s: Vec<f64> = (0..rows).map(|n| step_s * f64::from(n)).collect();
+        let ramp = |t: f64| if (4.0..5.0).contains(&t) { 0.2 } else { 0.0 };
+        let noise = |n: usize| 4e-3 * (2.7 * (n * n) as f64).sin();
+        let run = Run {
+            velocity_m_s: Some(time_s.iter().map(|t| 0.01 + 0.2 * (t - 4.0).clamp(0.0, 1.0)).collect()),
+            acceleration_m_s2: Some(time_s.iter().enumerate().map(|(n, t)| ramp(*t) + noise(n)).collect()),
+            drag_force_n: vec![0.0; time_s.len()],
+            parts: vec![Part { rows: 0..time_s.len(), segment: None, starts: Break::Start }],
+            time_s,
+            ..Run::default()
+        };
+        let moving = Moving::as_recorded(std::slice::from_ref(&run));
+        let smooth = &moving.smooth[0].acceleration_m_s2;
+        let off = |n: usize| (smooth[n] - ramp(run.time_s[n])).abs();
+        let worst = |rows: std::ops::Range<usize>| rows.map(off).fold(0.0, f64::max);
+        assert!(worst(100..780) < 1e-9 && worst(820..980) < 1e-9, "{} {}", worst(100..780), worst(820..980));
+        assert!(worst(790..810) < 0.02, "rounded by {}", worst(790..810));
+    }
+}
