@@ -1,10 +1,9 @@
-//! What a cause that is bound to places does on another recording, which counts its positions from elsewhere: what it
-//! does at most places of the stroke.
+//! What a cause that is bound to places does on another recording, which counts its positions from elsewhere: its mean,
+//! beside which the law was fitted.
 
 use simulation::mechanism::Context;
 
 use crate::numbers::linear::dot;
-use crate::numbers::statistics::median;
 
 /// Cells of equal length that the stroke is cut into.
 const CELLS: usize = 64;
@@ -33,26 +32,30 @@ impl Places {
         }
     }
 
-    /// What these columns, each with its amplitude, do at most places, row by row of other recordings.
+    /// What these columns, each with its amplitude, do on average, row by row of other recordings.
     pub(crate) fn force(&self, columns: &[Vec<f64>], amplitudes: &[f64], others: &[Context<'_>]) -> Vec<f64> {
-        let mut usual = [0.0; CARRIERS];
-        for (column, amplitude) in columns.iter().zip(amplitudes) {
-            let (carrier, ratio) = self.usual(column);
-            usual[carrier] += amplitude * ratio;
-        }
-        others.iter().flat_map(carriers).map(|carriers| dot(&carriers, &usual)).collect()
+        let mean = self.mean(columns, amplitudes);
+        others.iter().flat_map(carriers).map(|carriers| dot(&carriers, &mean)).collect()
     }
 
-    /// The carrier that a column of force is nearest to being in proportion to, place by place, and the median over all
-    /// places of its proportion to that: each place counts the same, however long the carriage was there.
+    /// The mean over all rows of what the columns together are in proportion to: each to one carrier, since where the
+    /// carriage stayed at one place with another drag, several would make up for one another.
+    fn mean(&self, columns: &[Vec<f64>], amplitudes: &[f64]) -> [f64; CARRIERS] {
+        let mut mean = [0.0; CARRIERS];
+        for (column, amplitude) in columns.iter().zip(amplitudes) {
+            let (carrier, ratio) = self.ratio(column);
+            mean[carrier] += amplitude * ratio;
+        }
+        mean
+    }
+
+    /// The carrier that a column of force is nearest to being in proportion to, place by place, and its mean proportion to
+    /// that.
     ///
     /// ```text
-    /// force = r(place) c    r(place) = Σ c force/Σ c² over its rows
+    /// at a place: force = r c, r = Σ c force/Σ c² over its rows    mean: the same over all rows
     /// ```
-    ///
-    /// Not the mean: where the other recording does not reach it, a joint of a fifth of the drag is not a hundredth of it
-    /// everywhere.
-    fn usual(&self, column: &[f64]) -> (usize, f64) {
+    fn ratio(&self, column: &[f64]) -> (usize, f64) {
         let mut sums = [[[0.0; 2]; CELLS]; CARRIERS];
         for ((force, carriers), cell) in column.iter().zip(&self.carriers).zip(&self.cells) {
             let Some(cell) = cell else { continue };
@@ -68,8 +71,8 @@ impl Places {
         // the first of equals: what does nothing is a constant of nothing
         let best =
             (0..CARRIERS).rev().max_by(|a, b| explained(&sums[*a]).total_cmp(&explained(&sums[*b]))).unwrap_or(0);
-        let met = sums[best].iter().filter(|[_, own]| *own > 0.0).map(|[with, own]| with / own);
-        (best, median(met.collect()).unwrap_or(0.0))
+        let [with, own] = sums[best].iter().fold([0.0; 2], |[with, own], cell| [with + cell[0], own + cell[1]]);
+        (best, if own > 0.0 { with / own } else { 0.0 })
     }
 }
 
@@ -98,28 +101,31 @@ mod tests {
     }
 
     #[test]
-    fn a_peak_at_one_place_is_not_what_the_drag_is_at_most_places_however_long_the_carriage_stayed() {
+    fn a_peak_of_the_drag_at_one_place_is_nothing_that_acts_whatever_the_drag() {
         let (places, x) = places();
-        let joint = |from: f64, of: f64| -> Vec<f64> {
-            x.iter().zip(&places.carriers).map(|(x, c)| if *x >= from { of * c[2] } else { 0.0 }).collect()
-        };
-        // where half of the rows are
-        assert_eq!(places.usual(&joint(0.875, 0.2)), (2, 0.0));
-        // a step of the height that most of the stroke lies behind
-        let (carrier, ratio) = places.usual(&joint(0.3, 0.02));
-        assert!(carrier == 2 && (ratio - 0.02).abs() < 1e-12, "{carrier} {ratio}");
+        let peak: Vec<f64> =
+            x.iter().zip(&places.carriers).map(|(x, c)| if *x >= 0.875 { 0.2 * c[2] } else { 0.0 }).collect();
+        let mean = places.mean(&[peak], &[1.0]);
+        assert!(mean[2] > 0.0 && [mean[0], mean[1], mean[3]] == [0.0; 3], "{mean:?}");
     }
 
     #[test]
-    fn what_acts_alike_everywhere_is_what_it_is_at_most_places() {
+    fn what_acts_alike_everywhere_is_its_own_mean() {
         let (places, x) = places();
         for carrier in 0..CARRIERS {
-            let column: Vec<f64> = places.carriers.iter().map(|carriers| 0.3 * carriers[carrier]).collect();
-            let (found, ratio) = places.usual(&column);
-            assert!(found == carrier && (ratio - 0.3).abs() < 1e-12, "{found} {ratio}");
+            let column: Vec<f64> = places.carriers.iter().map(|carriers| carriers[carrier]).collect();
+            let mut expected = [0.0; CARRIERS];
+            expected[carrier] = 0.3;
+            let mean = places.mean(&[column], &[0.3]);
+            assert!(mean.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{mean:?}");
         }
-        // a slope over the stroke is its middle
-        let (carrier, ratio) = places.usual(&x);
-        assert!(carrier == 0 && (ratio - 0.5).abs() < 0.02, "{carrier} {ratio}");
+        // the heights of a curve over the stroke, each felt at few places, are a constant together
+        let knots = 9;
+        let hat = |knot: usize| -> Vec<f64> {
+            x.iter().map(|x| (1.0 - (x * (knots - 1) as f64 - knot as f64).abs()).max(0.0)).collect()
+        };
+        let columns: Vec<Vec<f64>> = (0..knots).map(hat).collect();
+        let mean = places.mean(&columns, &vec![2.0; knots]);
+        assert!((mean[0] - 2.0).abs() < 1e-12 && mean[1..] == [0.0; 3], "{mean:?}");
     }
 }

@@ -2,7 +2,7 @@
 
 use simulation::curve::Axis;
 use simulation::file::PositionReference;
-use simulation::mechanism::Context;
+use simulation::mechanism::{Context, Id};
 use simulation::run::Run;
 
 use crate::answer::aside::Aside;
@@ -124,6 +124,9 @@ fn nearer(case: &Case<'_>, held: &Held<'_>, given: &[f64]) -> Result<Vec<f64>, S
     Ok(if left_n(held.law_only)? > left_n(given)? { given } else { held.law_only }.to_vec())
 }
 
+/// Causes that act at one place.
+const LOCAL: [Id; 2] = [Id::RailJoint, Id::Contamination];
+
 struct Scene<'a> {
     nominal: &'a Nominal,
     found: &'a Found<'a>,
@@ -198,12 +201,12 @@ impl Scene<'_> {
         Some(weighted(&raw_columns(source, contexts)?, &member.amplitudes(&self.found.fit)))
     }
 
-    /// What a member predicts where places differ from those of the training runs: what it does at most of them. A wave
-    /// does nothing there.
+    /// What a member predicts where places differ from those of the training runs: its mean. A wave has none, and what
+    /// acts at one place is nowhere else.
     fn without_place(&self, contexts: &[Context<'_>], at: usize) -> Option<Vec<f64>> {
         let Found { bench, members, fit, .. } = self.found;
         let source = &members[at].candidate.source;
-        if wavelength_m(source).is_some() {
+        if wavelength_m(source).is_some() || LOCAL.iter().any(|id| source.is(*id)) {
             return None;
         }
         let columns = raw_columns(source, bench.contexts)?;

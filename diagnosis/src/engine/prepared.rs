@@ -123,13 +123,8 @@ fn check_channels(runs: &[Run], quality: &mut DataQuality) -> Result<(), Refused
 }
 
 fn check_moves(recorded: &Moving<'_>, quality: &mut DataQuality) -> Result<(), Refused> {
-    let bad = |(run, (motion, smooth))| sanity::moves(run, motion, smooth, quality);
-    recorded
-        .runs
-        .iter()
-        .zip(recorded.motions.iter().zip(&recorded.smooth))
-        .find_map(bad)
-        .map_or(Ok(()), |reason| Err(Refused::File(reason)))
+    let bad = |(run, motion)| sanity::moves(run, motion, quality);
+    recorded.runs.iter().zip(&recorded.motions).find_map(bad).map_or(Ok(()), |reason| Err(Refused::File(reason)))
 }
 
 /// What starts and stops of the runs as recorded tell of a delay between motion and force, and of skewed clocks.

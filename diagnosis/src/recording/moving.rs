@@ -66,29 +66,29 @@ fn calmed(run: &Run) -> Run {
 /// Standard deviations of their difference within which a derived acceleration is the measured one without its noise.
 const ALIKE: f64 = 4.0;
 
-/// Motion whose acceleration does not share its noise with the mismatch: where acceleration was measured, that derived
-/// from the position, but for corners of the motion, which a derived one rounds. The law's inertia keeps the measured one; a
-/// column with it would explain noise by noise.
+/// Acceleration derived from the position, or else from the speed, of a run that measured it, m/s²; `None` where nothing
+/// tells it twice.
+pub(crate) fn derived_acceleration(run: &Run) -> Option<Vec<f64>> {
+    let is_twice = run.acceleration_m_s2.is_some() && (run.position_m.is_some() || run.velocity_m_s.is_some());
+    is_twice.then(|| Motion::of(&Run { acceleration_m_s2: None, ..run.clone() }).acceleration_m_s2)
+}
+
+/// Motion whose acceleration does not share its noise with the mismatch: where acceleration was measured, the derived
+/// one, but for corners of the motion, which that rounds. The law's inertia keeps the measured one; a column with it
+/// would explain noise by noise.
 fn smoothed(runs: &[Run], motions: &[Motion]) -> Vec<Motion> {
-    runs.iter()
-        .zip(motions)
-        .map(|(run, motion)| {
-            let mut motion = motion.clone();
-            if run.acceleration_m_s2.is_some() && (run.position_m.is_some() || run.velocity_m_s.is_some()) {
-                let bare = Run { acceleration_m_s2: None, ..run.clone() };
-                let derived = Motion::of(&bare).acceleration_m_s2;
-                let apart: Vec<f64> = derived
-                    .iter()
-                    .zip(&motion.acceleration_m_s2)
-                    .map(|(derived, measured)| derived - measured)
-                    .collect();
-                let most = ALIKE * robust_sigma(&apart);
-                let both = motion.acceleration_m_s2.iter_mut().zip(derived).zip(apart);
-                both.filter(|(_, apart)| apart.abs() <= most).for_each(|((a, derived), _)| *a = derived);
-            }
-            motion
-        })
-        .collect()
+    let of = |(run, motion): (&Run, &Motion)| {
+        let mut motion = motion.clone();
+        if let Some(derived) = derived_acceleration(run) {
+            let measured = &mut motion.acceleration_m_s2;
+            let apart: Vec<f64> = derived.iter().zip(measured.iter()).map(|(derived, a)| derived - a).collect();
+            let most = ALIKE * robust_sigma(&apart);
+            let both = measured.iter_mut().zip(derived).zip(apart);
+            both.filter(|(_, apart)| apart.abs() <= most).for_each(|((a, derived), _)| *a = derived);
+        }
+        motion
+    };
+    runs.iter().zip(motions).map(of).collect()
 }
 
 #[cfg(test)]

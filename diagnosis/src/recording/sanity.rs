@@ -7,6 +7,7 @@ use simulation::run::{Break, Run};
 use crate::noise::third_differences;
 use crate::numbers::rounding::quantum;
 use crate::numbers::statistics::{mean, robust_sigma};
+use crate::recording::moving::derived_acceleration;
 use crate::report::DataQuality;
 
 /// Largest credible force, N: no guide carries more.
@@ -199,9 +200,9 @@ pub(crate) fn scale(recorded_n: f64, simulated_n: f64, quality: &mut DataQuality
     }
 }
 
-/// Checks force against motion, as [`channels`] checks each alone. The acceleration of `smooth` is derived.
-pub(crate) fn moves(run: &Run, motion: &Motion, smooth: &Motion, quality: &mut DataQuality) -> Option<String> {
-    if let Some(reason) = unit(run, motion, smooth) {
+/// Checks force against motion, as [`channels`] checks each alone.
+pub(crate) fn moves(run: &Run, motion: &Motion, quality: &mut DataQuality) -> Option<String> {
+    if let Some(reason) = unit(run, motion) {
         return Some(named(run, reason));
     }
     let (mut power, mut size) = (0.0, 0.0);
@@ -330,7 +331,7 @@ const ON_THE_EDGE: usize = 8;
 
 /// Whether speeds and accelerations are possible for a carriage: with a unit wrong by 60 or 1000 they are not. Returns
 /// the complaint.
-fn unit(run: &Run, motion: &Motion, smooth: &Motion) -> Option<String> {
+fn unit(run: &Run, motion: &Motion) -> Option<String> {
     let rms = |x: &[f64]| (x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64).sqrt();
     let mut speeds: Vec<f64> = motion.velocity_m_s.iter().map(|v| v.abs()).filter(|v| v.is_finite()).collect();
     // glitches are few
@@ -365,7 +366,7 @@ fn unit(run: &Run, motion: &Motion, smooth: &Motion) -> Option<String> {
         if derived > 1e3 * told.max(1e-3) {
             return Some("the motion needs accelerations that the acceleration channel does not show".to_owned());
         }
-        if let Some(ratio) = of_another_unit(measured, &smooth.acceleration_m_s2) {
+        if let Some(ratio) = derived_acceleration(run).and_then(|derived| of_another_unit(measured, &derived)) {
             return Some(format!(
                 "the motion accelerates {ratio:.3e} times as much as the acceleration channel says, in step with it: one of the \
                  units is not what it says (time in minutes is 3600, position in mm 1000, acceleration in mm/s² 0.001)"
