@@ -261,6 +261,8 @@ fn shape_deviation(bench: &Bench<'_>, fit: &Fit, member: &Member, k: usize) -> f
         let most = sides.iter().map(|(_, lost)| *lost).fold(0.0, f64::max);
         let is_whole = step >= range;
         match most {
+            // nobody was there to see it: a place beyond the stroke
+            _ if sides.is_empty() => step *= 0.1,
             _ if most > LOST[1] => step *= (0.5 * LOST[1] / most).sqrt().max(0.1),
             _ if most < LOST[0] && !is_whole => step = (4.0 * step).min(range),
             _ => break,

@@ -66,7 +66,7 @@ fn calmed(run: &Run) -> Run {
 /// Standard deviations of their difference within which a derived acceleration is the measured one without its noise.
 const ALIKE: f64 = 4.0;
 
-/// Acceleration derived from the position, or else from the speed, of a run that measured it, m/s²; `None` where nothing
+/// Acceleration derived from the speed, or else from the position, of a run that measured it, m/s²; `None` where nothing
 /// tells it twice.
 pub(crate) fn derived_acceleration(run: &Run) -> Option<Vec<f64>> {
     let is_twice = run.acceleration_m_s2.is_some() && (run.position_m.is_some() || run.velocity_m_s.is_some());
