@@ -108,6 +108,7 @@ impl<'s> Prepared<'s> {
             nominal: &self.nominal,
             ringing: is_pointed.then_some(ringing.pointed.as_slice()),
             heard_n2: ringing.heard.as_ref().map_or(0.0, |heard| heard.power_n2),
+            discarded_n2: self.speed.as_ref().map_or(0.0, |speed| speed.power_n2),
             edges: self.edges,
             step_n: self.moving.runs.iter().filter_map(|run| quantum(&run.drag_force_n)).max_by(f64::total_cmp),
         }

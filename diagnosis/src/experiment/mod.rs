@@ -287,6 +287,7 @@ mod tests {
             nominal: &nominal,
             ringing: Some(&[]),
             heard_n2: 0.0,
+            discarded_n2: 0.0,
             edges: None,
             step_n: None,
         };

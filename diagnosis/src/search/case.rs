@@ -25,6 +25,8 @@ pub(crate) struct Given<'s> {
     pub(crate) ringing: Option<&'s [Vec<f64>]>,
     /// Mean square force of a structure that the spectrum shows to ring at every speed, N²; 0 where none does.
     pub(crate) heard_n2: f64,
+    /// Mean square effect on the force of a recorded speed's noise, N², where that speed was discarded; 0 elsewhere.
+    pub(crate) discarded_n2: f64,
     /// What starts and stops tell of the delay between motion and force.
     pub(crate) edges: Option<Edges>,
     /// Quantisation step of the force channel, N.

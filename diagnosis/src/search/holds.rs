@@ -35,6 +35,11 @@ const MISSED_BY_A_CURVE: f64 = 0.2;
 /// and a joint is the sharpest profile there is. A joint with three eighths of the bend's force has more.
 const ONE_PROFILE: f64 = 0.14;
 
+/// Share of the evidence for a late channel below which a filter beside a delay, or a delay beside a filter, is how the
+/// one that is there turns: a filter of two unlike stages is a filter and a delay, and a delay of rows that were
+/// interpolated is rounded.
+const ONE_LATENESS: f64 = 0.05;
+
 /// Distance from a joint within which local dirt counts as part of the rail's profile there, m: about the length of a
 /// block.
 const AT_A_JOINT_M: f64 = 0.05;
@@ -104,6 +109,7 @@ pub(crate) fn holds(
     }
     (is_relevant(bench, candidate, gain, floor) || members.is_empty() && acts_at_turns(bench, candidate, gain, floor))
         && !is_of_one_profile(bench, candidate, gain, members)
+        && !is_of_one_lateness(bench, candidate, gain, members)
         && !is_missed_by_a_curve(bench, candidate, gain, members)
         && !rings_with_more_than_moves(bench, candidate, gain, members)
         && shows(bench, pool, candidate, gain, members, is_tiny)
@@ -156,6 +162,14 @@ fn is_of_one_profile(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, memb
     let other = profile[1 - own];
     let Some(at) = members.iter().position(|member| member.candidate.source.is(other)) else { return false };
     gain.nats < ONE_PROFILE * bench.beside(members, at).gain.nats
+}
+
+/// Whether a candidate is a filter that only rounds the delay that is there, or a delay that only sets back the filter.
+fn is_of_one_lateness(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, members: &[Member]) -> bool {
+    let late = [Id::TimeMisalignment, Id::ForceLowpass];
+    let Some(own) = late.iter().position(|id| candidate.source.is(*id)) else { return false };
+    let Some(at) = members.iter().position(|member| member.candidate.source.is(late[1 - own])) else { return false };
+    gain.nats < ONE_LATENESS * bench.beside(members, at).gain.nats
 }
 
 /// Whether a cause is dirt at the place of a joint.

@@ -88,21 +88,39 @@ pub(crate) fn drop_small(bench: &Bench<'_>, pool: &Pool, members: &mut Vec<Membe
 pub(crate) fn drop_beside_ringing(bench: &Bench<'_>, heard_n2: f64, members: &mut Vec<Member>) {
     let rings = |member: &Member| member.candidate.source.is(Id::StructuralResonance);
     while heard_n2 > 0.0 || members.iter().any(rings) {
-        let fit = bench.fit_members(members);
-        let tangent = imitated(bench, members);
-        let beyond_law = |(member, amplitudes): (&Member, Vec<f64>)| {
-            beyond(&bench.rows, &tangent, &bench.force(&member.candidate.source, &amplitudes))
-        };
-        let forces: Vec<Vec<f64>> = members.iter().zip(amplitudes(members, &fit)).map(beyond_law).collect();
-        let forces: Vec<&[f64]> = forces.iter().map(Vec::as_slice).collect();
-        let explained_n2 = explained_n2(&forces);
-        let least = LEAST_SHARE_BESIDE_RINGING * (explained_n2 + heard_n2) / explained_n2;
-        let shares = among(&forces);
-        let is_named = |at: &usize| rings(&members[*at]) || bench.is_spoken_for(&members[*at].candidate.source);
-        let small = (0..members.len()).filter(|at| !is_named(at) && shares[*at] < least);
-        let Some(smallest) = small.min_by(|a, b| shares[*a].total_cmp(&shares[*b])) else { return };
-        members.remove(smallest);
+        if !drop_smallest(bench, heard_n2, LEAST_SHARE_BESIDE_RINGING, members) {
+            return;
+        }
     }
+}
+
+/// Drops members, the smallest first, that carry next to nothing beside the noise of a recorded speed that was
+/// discarded: the speed derived in its place leaves as much where the motion turns. `discarded_n2`: mean square of the
+/// noise's effect on the force, N²; 0 where no speed was discarded.
+pub(crate) fn drop_beside_noisy_speed(bench: &Bench<'_>, discarded_n2: f64, members: &mut Vec<Member>) {
+    while discarded_n2 > 0.0 && drop_smallest(bench, discarded_n2, LEAST_SHARE, members) {}
+}
+
+/// Drops the smallest member that neither rings nor is spoken for, if its share of what all explain together with
+/// another mean square, N², is below `least`. Returns whether there was one.
+fn drop_smallest(bench: &Bench<'_>, beside_n2: f64, least: f64, members: &mut Vec<Member>) -> bool {
+    let fit = bench.fit_members(members);
+    let tangent = imitated(bench, members);
+    let beyond_law = |(member, amplitudes): (&Member, Vec<f64>)| {
+        beyond(&bench.rows, &tangent, &bench.force(&member.candidate.source, &amplitudes))
+    };
+    let forces: Vec<Vec<f64>> = members.iter().zip(amplitudes(members, &fit)).map(beyond_law).collect();
+    let forces: Vec<&[f64]> = forces.iter().map(Vec::as_slice).collect();
+    let explained_n2 = explained_n2(&forces);
+    let least = least * (explained_n2 + beside_n2) / explained_n2;
+    let shares = among(&forces);
+    let is_named = |at: &usize| {
+        let source = &members[*at].candidate.source;
+        source.is(Id::StructuralResonance) || bench.is_spoken_for(source)
+    };
+    let small = (0..members.len()).filter(|at| !is_named(at) && shares[*at] < least);
+    let smallest = small.min_by(|a, b| shares[*a].total_cmp(&shares[*b]));
+    smallest.map(|at| members.remove(at)).is_some()
 }
 
 /// Mean square of the sum of forces, N².

@@ -215,6 +215,7 @@ mod tests {
             nominal: &nominal,
             ringing: None,
             heard_n2: 0.0,
+            discarded_n2: 0.0,
             edges: None,
             step_n: None,
         };
