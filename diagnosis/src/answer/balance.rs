@@ -91,14 +91,16 @@ impl Balance {
         };
         let is_smooth = spots.is_none() && heard.is_none() && between.is_none() && !side.runs.iter().any(rounds);
         let is_worth_it = |power: f64| power > UNSTEADY_SHARE * (before - noise + power);
-        let is_relevant = coherent.sqrt() > found.irrelevant_n;
-        let is_unsteady = is_smooth && p_steady < UNSTEADY && is_relevant && is_worth_it(coherent);
+        // the speed that replaces a discarded one leaves some of its noise
+        let discarded_n2 = speed.map_or(0.0, |speed| speed.power_n2);
+        let is_relevant = |power: f64| power.sqrt() > found.irrelevant_n && power > LEAST_SHARE * discarded_n2;
+        let is_unsteady = is_smooth && p_steady < UNSTEADY && is_relevant(coherent) && is_worth_it(coherent);
         // beside a named cause, the remainder of its form may stand out
         let is_bare = is_smooth && found.members.is_empty() && play.is_none();
         let bursts = if is_bare { bursts(side, &proof.own.calibrated) } else { None };
         let bursts = bursts.map(|bursts| (bursts.p, bursts.power_n2.min(0.9 * noise)));
         let (is_unsteady, p_steady, coherent) = match bursts {
-            Some((p, power)) if power.sqrt() > found.irrelevant_n => (true, p.min(p_steady), coherent.max(power)),
+            Some((p, power)) if is_relevant(power) => (true, p.min(p_steady), coherent.max(power)),
             _ => (is_unsteady, p_steady, coherent),
         };
         let is_clipped = side.limit_n.is_some() && !is_known(Id::ForceSaturation);
