@@ -20,7 +20,7 @@ use crate::answer::aside::Aside;
 use crate::answer::play::Play;
 use crate::answer::proof::Split;
 use crate::answer::scores;
-use crate::answer::unsure::is_unsure;
+use crate::answer::unsure::{is_unsure, refuted};
 use crate::report::{DataQuality, Diagnosis, Holdout, SCHEMA, Unexplained, Verdict};
 
 use learned::{Anew, Learned};
@@ -126,6 +126,12 @@ fn attempt(asked: &Asked<'_>, quality: &mut DataQuality) -> Result<Outcome, Refu
     let mut proof = scores::score(&case, &learned.held(asked.seed), &found, &aside)?;
     if is_unsure(&found, &aside, &proof) {
         found = found.taken_back(&case, learned.law_only())?;
+        proof = scores::score(&case, &learned.held(asked.seed), &found, &aside)?;
+    }
+    // other recordings have no say in what is named
+    let refuted = if asked.holdout.is_empty() { refuted(&found, &proof) } else { Vec::new() };
+    if !refuted.is_empty() {
+        found = found.without(&case, &refuted)?;
         proof = scores::score(&case, &learned.held(asked.seed), &found, &aside)?;
     }
     let (diagnosis, augmented) = answer::write(&case, &found, &aside, proof, quality)?;

@@ -69,12 +69,8 @@ impl<'s> Found<'s> {
 
     /// Without its causes: the law alone, at these values of its parameters. They are listed as considered.
     pub(crate) fn taken_back(mut self, case: &Case<'s>, law_only: &[f64]) -> Result<Self, String> {
-        let considered = |member: Member| Considered {
-            id: member.candidate.source.id().to_owned(),
-            share_alone: 1.0,
-            share_beside: 1.0,
-            reason: "it is not sure enough, and makes the error larger on the rows that were set aside".to_owned(),
-        };
+        let reason = "it is not sure enough, and makes the error larger on the rows that were set aside";
+        let considered = |member: Member| of_no_name(&member.candidate.source, 1.0, reason);
         let bench = case.around(&self.bench.rows, law_only)?;
         let fit = bench.fit_members(&[]).standing(&bench.fit_beside_law(&[]));
         self.considered.splice(0..0, std::mem::take(&mut self.members).into_iter().map(considered));
@@ -89,10 +85,34 @@ impl<'s> Found<'s> {
         })
     }
 
+    /// Without some of its causes, given with their shares of the mismatch, which are listed as considered. The law stays
+    /// where it was beside all of them.
+    pub(crate) fn without(mut self, case: &Case<'s>, dropped: &[(usize, f64)]) -> Result<Self, String> {
+        let reason = "it carries little beside the others, and is not there on the rows that were set aside";
+        let considered = |(at, share): &(usize, f64)| of_no_name(&self.members[*at].candidate.source, *share, reason);
+        let considered: Vec<Considered> = dropped.iter().map(considered).collect();
+        self.considered.splice(0..0, considered);
+        let is_kept: Vec<bool> = (0..self.members.len()).map(|at| dropped.iter().all(|(of, _)| *of != at)).collect();
+        keep(&mut self.members, &is_kept);
+        keep(&mut self.doubts, &is_kept);
+        keep(&mut self.sets, &is_kept);
+        self.bench = case.around(&self.bench.rows, &self.calibrated)?;
+        self.members = again(&mut self.bench, self.members);
+        self.fit = self.bench.fit_members(&self.members).standing(&self.bench.fit_beside_law(&self.members));
+        let amplitudes = amplitudes(&self.members, &self.fit);
+        self.with_shifts = shifted(case.given.nominal, &self.calibrated, &self.members, &amplitudes);
+        Ok(self)
+    }
+
     /// Amplitudes of every member.
     pub(crate) fn amplitudes(&self) -> Vec<Vec<f64>> {
         amplitudes(&self.members, &self.fit)
     }
+}
+
+/// A cause that was found and is not named after all. `share`: of the mismatch.
+fn of_no_name(source: &Source, share: f64, reason: &str) -> Considered {
+    Considered { id: source.id().to_owned(), share_alone: share, share_beside: share, reason: reason.to_owned() }
 }
 
 /// Amplitudes of the given members in a fit.
