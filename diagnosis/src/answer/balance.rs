@@ -9,6 +9,7 @@ use simulation::run::Run;
 use crate::answer::aside::Aside;
 use crate::answer::scores::Proof;
 use crate::beside::bursts::bursts;
+use crate::beside::events::Spots;
 use crate::beside::transients::transients;
 use crate::fit::rest::power;
 use crate::noise::locks::least_of;
@@ -25,6 +26,11 @@ const UNSTEADY: f64 = 1e-12;
 
 /// Least share of the mismatch that an unsteady residual must have.
 const UNSTEADY_SHARE: f64 = 0.15;
+
+/// Mean square of what comes and goes, as a multiple of that of spots, above which the spots are a part of it: its peaks,
+/// not dirt. Beside the dirt of opened trials (31 and 32) it was at most nine times, and no unsteady residual by
+/// [`UNSTEADY`] more than a third.
+const MORE_THAN_SPOTS: f64 = 3.0;
 
 /// Quantisation step, as a multiple of the noise, from which rounding shows in the residual.
 const COARSE: f64 = 0.3;
@@ -81,6 +87,11 @@ impl Balance {
             }
             _ => (unsteady.p, unsteady.share * noise),
         };
+        let squares_n2 = |spots: &Spots| spots.squares_n2 / rows.len().max(1) as f64;
+        let is_of_more = |spots: &Spots| {
+            found.members.is_empty() && unsteady.p < UNSTEADY && coherent > MORE_THAN_SPOTS * squares_n2(spots)
+        };
+        let spots = spots.filter(|spots| !is_of_more(spots));
         // rounding error depends on the force, and so comes and goes with it
         let rounds = |run: &Run| quantum(&run.drag_force_n).is_some_and(|step| step > COARSE * found.noise_n);
         let heard = heard.filter(|_| !is_known(Id::StructuralResonance));
@@ -110,7 +121,7 @@ impl Balance {
         });
         let in_noise = if is_unsteady { coherent } else { heard.or(rounding).unwrap_or(0.0) };
         let noise = noise - in_noise;
-        let spots = spots.map(|spots| spots.squares_n2 / rows.len().max(1) as f64);
+        let spots = spots.map(squares_n2);
         // rows not compared, and a discarded speed, still have their part in the mismatch
         let speed = speed.map(|speed| speed.power_n2);
         let play = play.map(|play| play.squares_n2 / rows.len().max(1) as f64);
