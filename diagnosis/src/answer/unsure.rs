@@ -6,6 +6,7 @@ use crate::answer::aside::Aside;
 use crate::answer::carried::is_there;
 use crate::answer::scores::Proof;
 use crate::fit::rest::shares;
+use crate::report::Carried;
 use crate::search::found::Found;
 use crate::search::small::imitated;
 
@@ -50,12 +51,14 @@ pub(crate) fn refuted(found: &Found<'_>, proof: &Proof) -> Vec<(usize, f64)> {
         let source = &members[*at].candidate.source;
         let is_named = found.doubts[*at].is_none() && !source.is_story() && !source.is_shift();
         let carried = proof.carried.get(*at).and_then(Option::as_ref);
-        is_named
-            && !UNSTEADY.iter().any(|id| source.is(*id))
-            && shares[*at] < SMALL_BESIDE
-            && carried.and_then(is_there) == Some(false)
+        is_named && !UNSTEADY.iter().any(|id| source.is(*id)) && is_small_and_absent(shares[*at], carried)
     };
     (0..members.len()).filter(is_refuted).map(|at| (at, shares[at])).collect()
+}
+
+/// Whether a cause of this share carries little, and certainly less than half of it was present on the rows set aside.
+fn is_small_and_absent(share: f64, carried: Option<&Carried>) -> bool {
+    share < SMALL_BESIDE && carried.and_then(is_there) == Some(false)
 }
 
 /// Whether a cause of this p-value is refuted by the error of the rows set aside, N, without and with it.
@@ -66,6 +69,14 @@ fn is_refuted(p: f64, without_n: f64, with_n: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_carries_little_must_be_there_and_what_carries_much_need_not() {
+        let present = |share: f64, error: f64| Carried { share, ci95: [share - 1.96 * error, share + 1.96 * error] };
+        let (absent, unsure, there) = (present(-0.1, 0.1), present(0.1, 0.4), present(0.9, 0.1));
+        assert!(is_small_and_absent(0.03, Some(&absent)) && !is_small_and_absent(0.3, Some(&absent)));
+        assert!([Some(&unsure), Some(&there), None].iter().all(|carried| !is_small_and_absent(0.03, *carried)));
+    }
 
     #[test]
     fn only_what_is_unsure_is_taken_back_by_rows_that_it_makes_worse() {
