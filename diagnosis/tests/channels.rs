@@ -228,7 +228,8 @@ fn a_force_that_is_late_is_late_although_the_law_hardly_changes_along_the_stroke
     assert!((number(&late) - 0.005).abs() < 1e-3, "{late:#?}");
 }
 
-/// Strokes that turn without rest, at 200 rows a second, with the force passed through `channel` at ten times that rate.
+/// Strokes with short rests between them, at 200 rows a second, with the force passed through `channel` at ten times that
+/// rate.
 fn sampled(channel: impl Fn(&[f64]) -> Vec<f64>, noise_n: f64) -> Run {
     let speeds_m_s = vec![0.02, 0.05, 0.1, 0.2, 0.3];
     let order = Order::Both;
@@ -250,20 +251,31 @@ fn sampled(channel: impl Fn(&[f64]) -> Vec<f64>, noise_n: f64) -> Run {
     }
 }
 
+/// A first-order filter of this time, s, of rows half a millisecond apart.
+fn filtered(force: &[f64], time_s: f64) -> Vec<f64> {
+    let (mut y, keep) = (force[0], (-5e-4 / time_s).exp());
+    let next = |u: &f64| {
+        y = keep * y + (1.0 - keep) * u;
+        y
+    };
+    force.iter().map(next).collect()
+}
+
+/// Its tail behind a start is a hundred times the noise, so the row that the friction begins in counts.
+#[test]
+fn a_filter_of_a_row_is_one_filter_of_its_time() {
+    let found = outcome(&sampled(|force| filtered(force, 7e-3), 0.05), &simulation("")).diagnosis;
+    assert_eq!(ids(&found), ["force-lowpass"], "{found:#?}");
+    let numbers = &found.mechanisms[0].parameters;
+    let of = |name: &str| numbers.iter().find(|number| number.name == name).map(|number| number.value).unwrap();
+    assert!((of("time_s") * of("part") / 7e-3 - 1.0).abs() < 0.05, "{numbers:?}");
+}
+
 /// Where starts and stops do not say what the channel does within a row, the rest of the recording does not either.
 #[test]
 fn a_channel_late_by_less_than_a_row_is_late_or_filtered() {
-    let step_s = 5e-4;
     let late = |force: &[f64]| (0..force.len()).map(|n| force[n.saturating_sub(1)]).collect();
-    let filtered = |force: &[f64]| {
-        let (mut y, keep) = (force[0], (-step_s / 4e-4f64).exp());
-        let next = |u: &f64| {
-            y = keep * y + (1.0 - keep) * u;
-            y
-        };
-        force.iter().map(next).collect()
-    };
-    for run in [sampled(late, 0.2), sampled(filtered, 0.05)] {
+    for run in [sampled(late, 0.2), sampled(|force| filtered(force, 4e-4), 0.05)] {
         let found = outcome(&run, &simulation("")).diagnosis;
         let [cause] = found.mechanisms.as_slice() else { panic!("{found:#?}") };
         assert_eq!((cause.id.as_str(), cause.equivalents[0].as_str()), ("time-misalignment", "force-lowpass"));

@@ -12,6 +12,7 @@ use crate::law::{Factors, Missing, Steady};
 use crate::motion::Motion;
 use crate::run::Run;
 
+use super::onset::Onsets;
 use super::path::Path;
 
 /// Relative step of the central differences.
@@ -108,6 +109,8 @@ pub struct Context<'a> {
     pub(crate) exact: Option<Exact>,
     /// Movements, turns and rests.
     pub(crate) path: Path,
+    /// Starts and stops between rows.
+    pub(crate) onsets: Onsets,
 }
 
 /// Distance since a reversal that was not recorded, m.
@@ -165,9 +168,11 @@ impl<'a> Context<'a> {
             path_acceleration_m_s2 = Some(path.acceleration_m_s2);
         }
         let path = Path::of(run, motion, simulation.axis.zero_speed_m_s);
+        let onsets = Onsets::of(run, motion, &steady.direction);
         Ok(Context {
             run,
             motion,
+            onsets,
             by_preload_n,
             by_viscosity_n,
             direction: path.direction.clone(),
@@ -334,6 +339,17 @@ impl<'a> Context<'a> {
         let before = row.checked_sub(1).filter(|_| !self.path.starts[row])?;
         let (before, after) = (self.motion.velocity_m_s[before], self.motion.velocity_m_s[row]);
         (before * after < 0.0).then(|| before / (before - after))
+    }
+
+    /// Share of the step to a row at which friction jumps: the motion reverses, begins or stops there.
+    pub(crate) fn jump(&self, row: usize) -> Option<f64> {
+        self.onsets.at[row].or_else(|| self.turn(row))
+    }
+
+    /// The law's force, N, without friction in rows that a window of the speed takes for moving before the carriage does.
+    pub(crate) fn struck_n(&self) -> Vec<f64> {
+        let Steady { force_n, drag_n, direction, .. } = &self.steady;
+        self.rows(|n| if self.onsets.moves[n] { force_n[n] } else { force_n[n] - direction[n] * drag_n[n] })
     }
 
     /// Time since the previous row, s; 0 where a clock jumped back.

@@ -17,6 +17,7 @@ mod context;
 mod definition;
 mod id;
 mod library;
+mod onset;
 mod path;
 
 mod contacts;

@@ -15,7 +15,7 @@ pub(super) const FORCE_LOWPASS: Definition = Definition {
             name: "minimal",
             shape: &[ratio("time_s", "s", 1e-4, 0.2, 10)],
             amplitudes: &[whole("part", 0.1)],
-            columns: |context, shape| filtered(context, &context.steady.force_n, *shape.first()?, 1),
+            columns: |context, shape| filtered(context, &context.struck_n(), *shape.first()?, 1),
             phase_bound: false,
             equation: "F = part·(y - F_law), time·dy/dt = F_law - y",
         },
@@ -23,7 +23,7 @@ pub(super) const FORCE_LOWPASS: Definition = Definition {
             name: "second-order",
             shape: &[ratio("time_s", "s", 1e-4, 0.2, 10)],
             amplitudes: &[whole("part", 0.1)],
-            columns: |context, shape| filtered(context, &context.steady.force_n, *shape.first()?, 2),
+            columns: |context, shape| filtered(context, &context.struck_n(), *shape.first()?, 2),
             phase_bound: false,
             equation: "as minimal, two such filters in a row",
         },
@@ -65,7 +65,8 @@ pub(super) const TIME_MISALIGNMENT: Definition = Definition {
             amplitudes: &[amplitude("delay_s", "s", Free, 2e-3)],
             columns: |context, _| {
                 let reach = context.run.step_s();
-                let of = |delay| shifted(context, &context.steady.force_n, delay);
+                let force = context.struck_n();
+                let of = |delay| shifted(context, &force, delay);
                 let (late, early) = (of(reach), of(-reach));
                 shown(vec![context.rows(|n| (late[n] - early[n]) / (2.0 * reach))])
             },
@@ -77,7 +78,7 @@ pub(super) const TIME_MISALIGNMENT: Definition = Definition {
             shape: &[either_side("delay_s", "s", 0.05, 24)],
             amplitudes: &[whole("part", 0.1)],
             columns: |context, shape| {
-                let late = shifted(context, &context.steady.force_n, *shape.first()?);
+                let late = shifted(context, &context.struck_n(), *shape.first()?);
                 shown(vec![context.rows(|n| late[n] - context.steady.force_n[n])])
             },
             phase_bound: false,
@@ -106,8 +107,8 @@ pub(super) const TIME_MISALIGNMENT: Definition = Definition {
 /// The law's force, where at rest the carriage is held by the force it stopped with. The law itself has none there:
 /// what a drive does until it starts again is not determined by friction.
 fn held_at_rest(context: &Context<'_>) -> Vec<f64> {
-    let moving = |(force, direction): (&f64, &f64)| if *direction == 0.0 { f64::NAN } else { *force };
-    held(&context.steady.force_n.iter().zip(&context.steady.direction).map(moving).collect::<Vec<_>>())
+    let moving = |(force, moves): (&f64, &bool)| if *moves { *force } else { f64::NAN };
+    held(&context.steady.force_n.iter().zip(&context.onsets.moves).map(moving).collect::<Vec<_>>())
 }
 
 /// The force at a time earlier by `delay`, within the part; linear between rows except where the motion reverses.
@@ -125,7 +126,7 @@ fn shifted(context: &Context<'_>, force: &[f64], delay: f64) -> Vec<f64> {
             let next = (k + 1).min(last);
             let width = time[next] - time[k];
             let share = if width > 0.0 { ((wanted - time[k]) / width).clamp(0.0, 1.0) } else { 0.0 };
-            out[n] = match context.turn(next) {
+            out[n] = match context.jump(next) {
                 Some(turn) => force[if share < turn { k } else { next }],
                 None => force[k] + share * (force[next] - force[k]),
             };
