@@ -343,7 +343,7 @@ impl<'a> Context<'a> {
 
     /// Share of the step to a row at which friction jumps: the motion reverses, begins or stops there.
     pub(crate) fn jump(&self, row: usize) -> Option<f64> {
-        self.onsets.at[row].or_else(|| self.turn(row))
+        self.onsets.share(row).or_else(|| self.turn(row))
     }
 
     /// The law's force, N, without friction in rows that a window of the speed takes for moving before the carriage does.

@@ -17,11 +17,10 @@ use crate::run::Run;
 /// Fewest rows of a rest.
 const FEWEST: usize = 3;
 
-/// Distance from the place of rest from which a row is used, as a multiple of the scatter there, or of the least that the
-/// scale shows.
-const CLEAR: f64 = 5.0;
+/// Distance from the place of rest from which a row is used, as a multiple of the scatter there and of the scale's step.
+const CLEAR: f64 = 4.0;
 
-/// Rows beside a rest, as the law sees it, among which the carriage must have left it.
+/// Most rows beside a rest, as the law sees it, among which the carriage must have left it.
 const NEAR: usize = 12;
 
 /// Starts and stops of a run.
@@ -29,31 +28,39 @@ const NEAR: usize = 12;
 pub(crate) struct Onsets {
     /// Whether the carriage moves; one entry per row.
     pub(crate) moves: Vec<bool>,
-    /// Share of the step to a row at which the carriage begins to move, or stops; one entry per row.
-    pub(crate) at: Vec<Option<f64>>,
+    /// Share of the step to a row at which the carriage begins to move, or stops; NaN where it does neither. One entry per
+    /// row.
+    shares: Vec<f32>,
 }
 
 impl Onsets {
     /// `direction`: sign of the law's motion, 0 at rest.
     pub(crate) fn of(run: &Run, motion: &Motion, direction: &[f64]) -> Self {
         let moves: Vec<bool> = direction.iter().map(|sign| *sign != 0.0).collect();
-        let mut onsets = Onsets { at: vec![None; moves.len()], moves };
+        let mut onsets = Onsets { shares: vec![f32::NAN; moves.len()], moves };
         if run.position_m.is_none() {
             return onsets;
         }
+        let step_m = step_m(&motion.position_m);
         for part in &run.parts {
             for rest in rests(direction, part.rows.clone()) {
-                let forward = |k: usize| rest.end.checked_add(k).filter(|n| *n < part.rows.end);
-                let backward = |k: usize| rest.start.checked_sub(k + 1).filter(|n| *n >= part.rows.start);
-                if let Some(time) = leaves(run, motion, &rest, forward) {
-                    onsets.set(run, time, rest.end..(rest.end + NEAR).min(part.rows.end), true);
+                let is_near = |n: &usize| direction[*n] != 0.0;
+                let behind: Vec<usize> = (rest.end..part.rows.end).take(NEAR).take_while(is_near).collect();
+                if let Some(time) = leaves(run, motion, (&rest, step_m), &behind) {
+                    onsets.set(run, time, rest.end..rest.end + behind.len(), true);
                 }
-                if let Some(time) = leaves(run, motion, &rest, backward) {
-                    onsets.set(run, time, rest.start.saturating_sub(NEAR).max(part.rows.start)..rest.start, false);
+                let before: Vec<usize> = (part.rows.start..rest.start).rev().take(NEAR).take_while(is_near).collect();
+                if let Some(time) = leaves(run, motion, (&rest, step_m), &before) {
+                    onsets.set(run, time, rest.start - before.len()..rest.start, false);
                 }
             }
         }
         onsets
+    }
+
+    /// Share of the step to this row at which the carriage begins to move, or stops; `None` where it does neither.
+    pub(crate) fn share(&self, row: usize) -> Option<f64> {
+        Some(self.shares[row]).filter(|share| !share.is_nan()).map(f64::from)
     }
 
     /// The carriage begins to move, or stops, at this time, s, among these rows.
@@ -62,9 +69,11 @@ impl Onsets {
             self.moves[n] = (run.time_s[n] > time_s) == starts;
         }
         let first = rows.clone().find(|n| run.time_s[*n] > time_s).unwrap_or(rows.end);
-        if first > 0 && first < run.len() {
-            let (from, to) = (run.time_s[first - 1], run.time_s[first]);
-            self.at[first] = Some(((time_s - from) / (to - from)).clamp(0.0, 1.0));
+        let (Some(from), Some(to)) = (first.checked_sub(1).map(|n| run.time_s[n]), run.time_s.get(first)) else {
+            return;
+        };
+        if *to > from {
+            self.shares[first] = ((time_s - from) / (to - from)).clamp(0.0, 1.0) as f32;
         }
     }
 }
@@ -88,28 +97,34 @@ fn rests(direction: &[f64], rows: Range<usize>) -> Vec<Range<usize>> {
     rests
 }
 
-/// When the carriage leaves its rest, s, in the direction of the rows `next` gives: the first, second, third beside it.
-/// Backwards in time, when it came to it.
-fn leaves(run: &Run, motion: &Motion, rest: &Range<usize>, next: impl Fn(usize) -> Option<usize>) -> Option<f64> {
+/// Step of the scale, m: the least by which two places in a row differ.
+fn step_m(places_m: &[f64]) -> f64 {
+    let steps = places_m.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0);
+    let least = steps.fold(f64::INFINITY, f64::min);
+    if least.is_finite() { least } else { 0.0 }
+}
+
+/// When the carriage leaves its rest, s, on a scale of such steps, m: `beside` are the rows that follow it, the nearest first. Of the rows before it,
+/// backwards, when it came to it.
+fn leaves(run: &Run, motion: &Motion, (rest, step_m): (&Range<usize>, f64), beside: &[usize]) -> Option<f64> {
     let x = &motion.position_m;
     let count = rest.len() as f64;
     let place = rest.clone().map(|n| x[n]).sum::<f64>() / count;
     let scatter = (rest.clone().map(|n| (x[n] - place).powi(2)).sum::<f64>() / count).sqrt();
-    let away = |k: usize| next(k).map(|n| (n, (x[n] - place).abs()));
-    let least = (0..NEAR).filter_map(away).map(|(_, d)| d).find(|d| *d > 2.0 * scatter)?;
-    let first = (0..NEAR).find(|k| away(*k).is_some_and(|(_, d)| d > CLEAR * scatter.max(0.2 * least)))?;
-    let [(n1, d1), (n2, d2), (_, d3)] = [away(first)?, away(first + 1)?, away(first + 2)?];
-    let step_s = run.time_s[n2] - run.time_s[n1];
-    if !(d1 > 0.0 && d2 > d1 && d3 > d2) || step_s == 0.0 {
+    let away: Vec<f64> = beside.iter().map(|n| (x[*n] - place).abs()).collect();
+    let first = away.iter().position(|d| *d > CLEAR * scatter.max(step_m))?;
+    let ([n1, n2, _], [d1, d2, d3]) = (beside.get(first..first + 3)?, away.get(first..first + 3)?) else { return None };
+    let step_s = run.time_s[*n2] - run.time_s[*n1];
+    if !(*d1 > 0.0 && d2 > d1 && d3 > d2) || step_s == 0.0 {
         return None;
     }
-    let of = |power: f64| {
-        let since_s = step_s / ((d2 / d1).powf(1.0 / power) - 1.0);
-        let foretold = d1 * ((since_s + 2.0 * step_s) / since_s).powf(power);
+    let of = |power: i32, root: fn(f64) -> f64| {
+        let since_s = step_s / (root(d2 / d1) - 1.0);
+        let foretold = d1 * ((since_s + 2.0 * step_s) / since_s).powi(power);
         (since_s, (foretold / d3 - 1.0).abs())
     };
-    let (two, three) = (of(2.0), of(3.0));
-    Some(run.time_s[n1] - if two.1 < three.1 { two.0 } else { three.0 })
+    let (two, three) = (of(2, f64::sqrt), of(3, libm::cbrt));
+    Some(run.time_s[*n1] - if two.1 < three.1 { two.0 } else { three.0 })
 }
 
 #[cfg(test)]
@@ -146,7 +161,7 @@ mod tests {
         let law = "schema = \"guideblock.simulation/1\"\n[guide]\nparameters = \"zhou-2023\"\n[operation]\npreload_n = 3000\n";
         let direction = Simulation::from_toml(law).expect("a legal file").direction(&motion);
         let onsets = Onsets::of(&run, &motion, &direction);
-        let jumps = (0..rows).filter_map(|n| onsets.at[n].map(|share| n as f64 - 1.0 + share)).collect::<Vec<f64>>();
+        let jumps = (0..rows).filter_map(|n| onsets.share(n).map(|share| n as f64 - 1.0 + share)).collect::<Vec<f64>>();
         let moving = onsets.moves.iter().filter(|moves| **moves).count() as f64;
         assert!((moving - (jumps[1] - jumps[0])).abs() <= 1.0, "{moving} rows between {jumps:?}");
         jumps.try_into().expect("one start and one stop")
