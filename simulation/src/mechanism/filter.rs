@@ -8,8 +8,8 @@ pub(super) fn lag(context: &Context<'_>, input: &[f64], time_s: f64) -> Vec<f64>
     lag_across(context, input, time_s, |_| None)
 }
 
-/// The same for a force that jumps where the motion reverses, begins or stops, and is constant on either side of the jump between two
-/// rows.
+/// The same for a force that jumps where the motion reverses, begins or stops, and is constant on either side of the jump
+/// between two rows.
 pub(super) fn lag_of_force(context: &Context<'_>, input: &[f64], time_s: f64) -> Vec<f64> {
     lag_across(context, input, time_s, |n| context.jump(n))
 }

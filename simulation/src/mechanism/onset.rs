@@ -104,8 +104,8 @@ fn step_m(places_m: &[f64]) -> f64 {
     if least.is_finite() { least } else { 0.0 }
 }
 
-/// When the carriage leaves its rest, s, on a scale of such steps, m: `beside` are the rows that follow it, the nearest first. Of the rows before it,
-/// backwards, when it came to it.
+/// When the carriage leaves its rest, s, on a scale of such steps, m: `beside` are the rows that follow it, the nearest
+/// first. Of the rows before it, backwards, when it came to it.
 fn leaves(run: &Run, motion: &Motion, (rest, step_m): (&Range<usize>, f64), beside: &[usize]) -> Option<f64> {
     let x = &motion.position_m;
     let count = rest.len() as f64;
