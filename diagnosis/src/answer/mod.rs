@@ -128,12 +128,7 @@ fn of_members(
     balance: &Balance,
     proof: &Proof,
 ) -> Vec<(Finding, Option<Region>)> {
-    let forces: Vec<Vec<f64>> = found
-        .members
-        .iter()
-        .zip(amplitudes)
-        .map(|(member, amplitudes)| found.bench.force(&member.candidate.source, amplitudes))
-        .collect();
+    let forces = found.forces(amplitudes);
     let shares = shares(&found.bench.rows, &imitated(&found.bench, &found.members), &forces, balance.explained());
     let variances = found.fit.variances();
     let of = |(at, member): (usize, &Member)| {

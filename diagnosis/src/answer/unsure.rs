@@ -37,15 +37,11 @@ pub(crate) fn is_unsure(found: &Found<'_>, aside: &Aside<'_>, proof: &Proof) -> 
 /// The named causes that carry little beside others and are not there on the rows that were set aside, each with its
 /// share of what is explained.
 pub(crate) fn refuted(found: &Found<'_>, proof: &Proof) -> Vec<(usize, f64)> {
-    let (members, amplitudes) = (&found.members, found.amplitudes());
+    let members = &found.members;
     if members.len() < 2 {
         return Vec::new();
     }
-    let forces: Vec<Vec<f64>> = members
-        .iter()
-        .zip(&amplitudes)
-        .map(|(member, amplitudes)| found.bench.force(&member.candidate.source, amplitudes))
-        .collect();
+    let forces = found.forces(&found.amplitudes());
     let shares = shares(&found.bench.rows, &imitated(&found.bench, members), &forces, 1.0);
     let is_refuted = |at: &usize| {
         let source = &members[*at].candidate.source;

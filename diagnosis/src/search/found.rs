@@ -108,6 +108,12 @@ impl<'s> Found<'s> {
     pub(crate) fn amplitudes(&self) -> Vec<Vec<f64>> {
         amplitudes(&self.members, &self.fit)
     }
+
+    /// Force of every member with these amplitudes, N; one entry per row of all runs.
+    pub(crate) fn forces(&self, amplitudes: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let of = |(member, own): (&Member, &Vec<f64>)| self.bench.force(&member.candidate.source, own);
+        self.members.iter().zip(amplitudes).map(of).collect()
+    }
 }
 
 /// A cause that was found and is not named after all. `share`: of the mismatch.
