@@ -87,19 +87,31 @@ fn rolling(context: &Context<'_>, exponent: f64) -> Option<Columns> {
 }
 
 /// E9: the viscous term saturates, `x -> x_0 asinh(x/x_0)`. Far below `speed` only the onset shows, as the cube of the
-/// speed: the range extends beyond the speeds of guides so that its end says nothing of the cause.
+/// speed: the range extends beyond the speeds of guides so that its end says nothing of the cause. The stress follows
+/// the shear rate, which grows with the load as the slip in the contact does: in Eq. 20 as `Q^(1/3)`, and more where the
+/// pressure thickens the oil.
 pub(super) const TRACTION_SATURATION: Definition = Definition {
     id: Id::TractionSaturation,
     kind: Kind::Physics,
-    forms: &[Form {
-        name: "minimal",
-        shape: &[ratio("speed_m_s", "m/s", 2e-3, 5.0, 8)],
-        amplitudes: &[Amplitude { least: 0.3, ..at_most("part", "", Positive, 1.0, 3.0) }],
-        columns: saturation,
-        phase_bound: false,
-        equation: "F = part·sign(V)·F_v·(asinh(x)/x - 1), x = |V|/speed (with ν/100 cSt where ν is known), F_v the law's \
-                   viscous friction",
-    }],
+    forms: &[
+        Form {
+            name: "minimal",
+            shape: &[ratio("speed_m_s", "m/s", 2e-3, 5.0, 8)],
+            amplitudes: &SATURATED,
+            columns: |context, shape| saturation(context, *shape.first()?, 1.0 / 3.0),
+            phase_bound: false,
+            equation: "F = part·sign(V)·F_v·(asinh(x)/x - 1), x = |V|/speed·(ν/100 cSt)·(Q/150 N)^(1/3), without ν or Q \
+                       where the law knows none, F_v the law's viscous friction",
+        },
+        Form {
+            name: "pressure",
+            shape: &[ratio("speed_m_s", "m/s", 2e-3, 5.0, 6), steps("load_exponent", "", 0.0, 1.0, 4)],
+            amplitudes: &SATURATED,
+            columns: |context, shape| saturation(context, *shape.first()?, *shape.get(1)?),
+            phase_bound: false,
+            equation: "F as above, x = |V|/speed·(ν/100 cSt)·(Q/150 N)^load_exponent",
+        },
+    ],
     axis: "velocity",
     statement: "the shear stress of the oil film saturates: viscous friction grows with the logarithm of speed",
     falsifier: "at speeds over two decades the friction rises in proportion to speed after all",
@@ -108,14 +120,14 @@ pub(super) const TRACTION_SATURATION: Definition = Definition {
     simplicity: 6,
 };
 
-fn saturation(context: &Context<'_>, shape: &[f64]) -> Option<Columns> {
-    let speed = *shape.first()?;
+const SATURATED: [Amplitude; 1] = [Amplitude { least: 0.3, ..at_most("part", "", Positive, 1.0, 3.0) }];
+
+fn saturation(context: &Context<'_>, speed: f64, load_exponent: f64) -> Option<Columns> {
     if context.viscous_n.is_empty() {
         return None;
     }
     let of = |n: usize| {
-        let nu = context.steady.viscosity_cst.get(n).map_or(1.0, |nu| nu / 100.0);
-        let x = nu * context.speed_m_s(n) / speed;
+        let x = of_film_m_s(context, n, load_exponent) / speed;
         // asinh(x)/x = 1 - x²/6 + ... without cancellation
         let less = if x < 1e-3 { -x * x / 6.0 } else { libm::asinh(x) / x - 1.0 };
         context.viscous_n[n] * less
@@ -123,7 +135,24 @@ fn saturation(context: &Context<'_>, shape: &[f64]) -> Option<Columns> {
     shown(vec![context.against_motion(of)])
 }
 
-/// Mixed friction: `F ~ Q exp(-(V/V_s)^δ)`, for laws without such a term.
+/// Speed that says as much of the oil film as the Hersey number of Eq. 20 does, m/s: that at 100 cSt and 150 N per ball
+/// with the same film. Slip in the contact grows with the load as `Q^(2/3)` and the pressure as `Q^(1/3)`, so that the
+/// Hersey number grows with `Q^(1/3)`. Laws without a viscosity or a load know the speed alone.
+///
+/// ```text
+/// |V|·(ν/100 cSt)·(Q/150 N)^exponent
+/// ```
+fn of_film_m_s(context: &Context<'_>, row: usize, load_exponent: f64) -> f64 {
+    let nu = context.steady.viscosity_cst.get(row).map_or(1.0, |nu| nu / 100.0);
+    let by_load = if context.steady.load_per_ball_n.is_empty() {
+        1.0
+    } else {
+        libm::pow(context.relative_load(row), load_exponent)
+    };
+    nu * context.speed_m_s(row) * by_load
+}
+
+/// Mixed friction: `F ~ Q exp(-(H/H_s)^δ)`, for laws without such a term.
 pub(super) const STRIBECK: Definition = Definition {
     id: Id::Stribeck,
     kind: Kind::Physics,
@@ -134,7 +163,8 @@ pub(super) const STRIBECK: Definition = Definition {
             amplitudes: &[amplitude("rise_n", "N", Positive, 5.0)],
             columns: |context, shape| mixed(context, *shape.first()?, 1.0),
             phase_bound: false,
-            equation: "F = rise·sign(V)·(Q/150 N)·exp(-|V|/speed), without Q where the law knows none",
+            equation: "F = rise·sign(V)·(Q/150 N)·exp(-x), x = |V|/speed·(ν/100 cSt)·(Q/150 N)^(1/3), without ν or Q where \
+                       the law knows none",
         },
         Form {
             name: "exponent",
@@ -142,7 +172,7 @@ pub(super) const STRIBECK: Definition = Definition {
             amplitudes: &[amplitude("rise_n", "N", Positive, 5.0)],
             columns: |context, shape| mixed(context, *shape.first()?, *shape.get(1)?),
             phase_bound: false,
-            equation: "F = rise·sign(V)·(Q/150 N)·exp(-(|V|/speed)^exponent)",
+            equation: "F = rise·sign(V)·(Q/150 N)·exp(-x^exponent)",
         },
     ],
     axis: "velocity",
@@ -159,7 +189,7 @@ fn mixed(context: &Context<'_>, speed: f64, exponent: f64) -> Option<Columns> {
         return None;
     }
     let of = |n: usize| {
-        let x = context.speed_m_s(n) / speed;
+        let x = of_film_m_s(context, n, 1.0 / 3.0) / speed;
         let x = if exponent == 1.0 { x } else { libm::pow(x, exponent) };
         context.relative_load(n) * libm::exp(-x)
     };
@@ -177,7 +207,7 @@ pub(super) const STARVATION: Definition = Definition {
             amplitudes: &STARVED,
             columns: |context, shape| starved(context, *shape.first()?, 10.0),
             phase_bound: false,
-            equation: "F = (growth·F_law·sign(V) - thinning·dF_law/dlnν)·g; dg = (1 - g)·ds/length while moving, \
+            equation: "F = (growth·F_c - thinning·dF_law/dlnν)·g; dg = (1 - g)·ds/length while moving, \
                        dg = -g·dt/(10 s) at rest: a starved film is as thin as that of a thinner oil",
         },
         Form {
@@ -222,8 +252,8 @@ const STARVED: [Amplitude; 2] = [amplitude("growth", "", Positive, 0.1), amplitu
 
 fn starved(context: &Context<'_>, length: f64, recovery: f64) -> Option<Columns> {
     let dry = dryness(context, length, recovery);
-    let by_oil = context.by_oil_n();
-    shown(vec![context.against_motion(|n| context.steady.drag_n[n] * dry[n]), context.rows(|n| -by_oil[n] * dry[n])])
+    let (touching, by_oil) = (context.dry_n(), context.by_oil_n());
+    shown(vec![context.rows(|n| touching[n] * dry[n]), context.rows(|n| -by_oil[n] * dry[n])])
 }
 
 /// Depletion of the film, row by row: 0 fresh, 1 dry.

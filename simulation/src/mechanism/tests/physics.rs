@@ -254,3 +254,53 @@ fn mixed_friction_is_for_laws_without_it() {
         assert_eq!(columns(Id::Stribeck, "minimal", &context, &[0.01]).is_some(), k != 0, "{k}");
     }
 }
+
+/// Loads of 1:10 and an oil that thins, so that the speed alone does not say how thick the film is.
+fn of_many_films() -> Run {
+    let rows = 12_000;
+    let preload_n = (0..rows).map(|n| 800.0 + 7200.0 * (n / 100 % 7) as f64 / 6.0).collect();
+    Run { preload_n: Some(preload_n), ..rich(rows) }
+}
+
+#[test]
+fn mixed_friction_that_a_law_lacks_is_that_of_eq_20() {
+    let run = of_many_films();
+    let motion = Motion::of(&run);
+    let text = |k: f64| {
+        simulation(&format!("[guide]\nmu_stribeck = {k}\nstribeck_exponent = 2e9\n[operation]\npreload_n = 3000"))
+    };
+    let (with, without) = (text(0.0016), text(0.0));
+    let truth = with.steady(&Factors::default(), &run, &motion).expect("complete").force_n;
+    let context = Context::of(&without, &run, &motion).expect("complete");
+    let missing: Vec<f64> = truth.iter().zip(&context.steady.force_n).map(|(with, without)| with - without).collect();
+    // the speed whose film makes the exponent 1, from the law's own Hersey number
+    let speed = |n: usize| {
+        let film = (context.relative_load(n)).cbrt() * context.steady.viscosity_cst[n] / 100.0;
+        context.speed_m_s(n) * film / (2e9 * context.steady.hersey[n])
+    };
+    let fast = (0..run.len()).filter(|n| context.speed_m_s(*n) > 0.05).collect::<Vec<_>>();
+    let column = columns(Id::Stribeck, "minimal", &context, &[speed(fast[0])]).expect("lacks it").remove(0);
+    let largest = fast.iter().map(|n| column[*n].abs()).fold(0.0, f64::max);
+    let amplitude =
+        fast.iter().find(|n| column[**n].abs() == largest).map(|n| missing[*n] / column[*n]).expect("moves");
+    for n in fast {
+        let error = (amplitude * column[n] - missing[n]).abs();
+        assert!(error < 0.01 * (amplitude * largest).abs(), "{n}: {} {}", amplitude * column[n], missing[n]);
+    }
+}
+
+#[test]
+fn shear_stress_saturates_with_the_hersey_number() {
+    let run = of_many_films();
+    let motion = Motion::of(&run);
+    let context = Context::of(&simulations()[0], &run, &motion).expect("complete");
+    let column = columns(Id::TractionSaturation, "minimal", &context, &[0.2]).expect("moves").remove(0);
+    let moving = (0..run.len()).filter(|n| context.speed_m_s(*n) > 1e-3);
+    let mut left: Vec<(f64, f64)> =
+        moving.map(|n| (context.steady.hersey[n], 1.0 - column[n].abs() / context.viscous_n[n])).collect();
+    left.sort_by(|a, b| a.0.total_cmp(&b.0));
+    assert!(left[0].1 > 0.99 && left.last().expect("moves").1 < 0.6, "{:?} {:?}", left[0], left.last());
+    for two in left.windows(2) {
+        assert!(two[1].1 < two[0].1 + 0.01, "{two:?}");
+    }
+}
