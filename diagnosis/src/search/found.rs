@@ -222,12 +222,6 @@ impl Named {
         keep(&mut self.doubts, is_kept);
         keep(&mut self.sets, is_kept);
     }
-
-    fn clear(&mut self) {
-        self.members.clear();
-        self.doubts.clear();
-        self.sets.clear();
-    }
 }
 
 /// The law beside the members.
@@ -313,8 +307,8 @@ impl<'s> Settled<'s> {
         }
     }
 
-    /// Leaves the law at `start`, and drops what hardly acts there, N, or would need the opposite sign; all of it where
-    /// the law is nearer to the force without.
+    /// Leaves the law at `start`, and drops what hardly acts there, N, or would need the opposite sign; then, one after
+    /// the other, what keeps the law farther from the force than it is without any of them.
     fn hold_at(&mut self, start: &[f64], irrelevant_n: f64) -> Result<(), String> {
         self.go_to(start)?;
         self.fit = self.fit_beside_law(self.bench.fit_members(&self.named.members));
@@ -327,9 +321,27 @@ impl<'s> Settled<'s> {
         let acts: Vec<bool> = members.iter().zip(&amplitudes(members, &self.fit)).map(acts).collect();
         self.named.keep(&acts);
         self.calibrated = start.to_vec();
-        if !self.named.members.is_empty() && self.is_worse_than(start)? {
-            self.named.clear();
-            self.fit = self.fit_beside_law(self.bench.fit_members(&[]));
+        while !self.named.members.is_empty() && self.is_worse_than(start)? {
+            self.drop_worst()?;
+        }
+        Ok(())
+    }
+
+    /// Drops the member without which the least is left, the law staying where it is.
+    fn drop_worst(&mut self) -> Result<(), String> {
+        let mut least: Option<(f64, usize, Fit)> = None;
+        for at in 0..self.named.members.len() {
+            let others = without(&self.named.members, at);
+            let fit = self.bench.fit_members(&others).standing(&self.bench.fit_beside_law(&others));
+            let left = left_n(&self.case, &self.bench, &others, &fit, &self.calibrated)?;
+            if least.as_ref().is_none_or(|(least, ..)| left < *least) {
+                least = Some((left, at, fit));
+            }
+        }
+        if let Some((_, worst, fit)) = least {
+            let is_kept: Vec<bool> = (0..self.named.members.len()).map(|at| at != worst).collect();
+            self.named.keep(&is_kept);
+            self.fit = fit;
         }
         Ok(())
     }
