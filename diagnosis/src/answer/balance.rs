@@ -98,7 +98,9 @@ impl Balance {
             Some(heard) if heard.is_averaged_out => (None, Some(heard.power_n2)),
             heard => (heard.map(|heard| heard.power_n2.min(0.9 * noise)), None),
         };
-        let is_smooth = spots.is_none() && heard.is_none() && between.is_none() && !side.runs.iter().any(rounds);
+        // a structure that is struck by more than is known rings on where its form has it silent
+        let rings = is_known(Id::StructuralResonance) || heard.is_some() || between.is_some();
+        let is_smooth = spots.is_none() && !rings && !side.runs.iter().any(rounds);
         let is_worth_it = |power: f64| power > UNSTEADY_SHARE * (before - noise + power);
         // the speed that replaces a discarded one leaves some of its noise
         let discarded_n2 = speed.map_or(0.0, |speed| speed.power_n2);
