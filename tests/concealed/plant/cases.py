@@ -36,6 +36,9 @@ UNDECIDABLE = (
 )
 
 
+# RMS noise of a measured acceleration, m/s²
+ACCELERATION_NOISE = 0.004
+
 def design(rng, law, ids, short, manner="laboratory"):
     """The measuring programme, adapted to the hidden effect only where it would not show at all otherwise."""
     if law == "axis":
@@ -195,6 +198,7 @@ def build(seed, kind, out, effect=None, strength=3.0, law="white", short=False, 
             "rows": int(force.size), "runs": [{"kind": k, "preload_n": float(p), "external_load_n": float(x)} for k, p, x in zip(c.kinds, c.preload[:, 0], c.external[:, 0])],
             "stated_constants_off": {k: v - 1 for k, v in w.gains.items() if not k.startswith("_")}, "tolerance": tolerance, "files": files,
             "holdout": None if hold is None else {"file": "holdout.csv", "position_shift_m": shift, "relative": relative}, "force_column": column_form,
+            "acceleration_noise_n": w.mass * ACCELERATION_NOISE if "acceleration_m_s2" in rows and not column_form else 0.0,
             "damage": damage.story if damage else None, "columns": list(rows), "short": short, "manner": manner}
     writer.truth(data, out / "truth.json")
     return data
@@ -299,7 +303,7 @@ def _record(rng, c, w, chosen, force, law, level, show, column_form, d, shift):
     if show["ambient"]:
         rows["temperature_ambient_degc"] = (c.rec(c.t_ambient) + 0.02 * rng.standard_normal(y.shape), "%.2f")
     if show["acceleration"]:
-        rows["acceleration_m_s2"] = (c.rec(c.a) + 0.004 * rng.standard_normal(y.shape), "%.4f")
+        rows["acceleration_m_s2"] = (c.rec(c.a) + ACCELERATION_NOISE * rng.standard_normal(y.shape), "%.4f")
     if column_form:
         rows["simulated_force_n"] = (stated_force(c, w, c.rec(c.v), c.rec(c.a)), "%.5f")
     rows["segment"] = (run, "%d")

@@ -105,8 +105,10 @@ class HydrodynamicRolling(Effect):
         self.p = {"speed_exponent": 0.66 + 0.01 * rng.standard_normal(), "load_exponent": 0.47 + 0.01 * rng.standard_normal()}
 
     def magnitude(self, c, w, k, f, q):
-        # 0.45 N at 3 kN (165 N a ball), 0.1 m/s, 40 degC
-        return f + k * 0.45 * (np.abs(c.v) / 0.1) ** self.p["speed_exponent"] * (q / 165.0) ** self.p["load_exponent"]
+        # 0.45 N at 3 kN (165 N a ball), 0.1 m/s, 100 cSt (40 degC)
+        law = walther_of(w)
+        nu = law(c.t_block) if law else w.viscosity
+        return f + k * 0.45 * (nu / 100.0 * np.abs(c.v) / 0.1) ** self.p["speed_exponent"] * (q / 165.0) ** self.p["load_exponent"]
 
 
 class TractionSaturation(Effect):

@@ -1,8 +1,13 @@
-//! Hold-out error removed, relative to that removed by an oracle that knows the true force.
+//! Hold-out error removed, relative to that removed by an oracle that knows the form and every constant.
 //!
-//! `gain = (calibrated² - after²) / (calibrated² - oracle²)`. The first two errors are those the diagnosis states; the
-//! oracle's is the RMS of recorded less true noise-free force over the same part, from the generator's own array, where
-//! the carriage moves: at rest no law has a force, and a diagnosis no error.
+//! ```text
+//! gain = (calibrated² - after²) / (calibrated² - oracle²)
+//! ```
+//!
+//! The first two errors are those the diagnosis states. The oracle's is that of the recorded force, its RMS distance from
+//! the true noise-free force over the same part, from the generator's own array, where the carriage moves (at rest no law
+//! has a force, and a diagnosis no error), and beside it that of the recorded acceleration: an oracle too computes the
+//! force from the recorded motion.
 
 use std::path::Path;
 
@@ -60,7 +65,8 @@ pub fn oracle(folder: &Path, id: &str, truth: &Truth, stated: &Holdout) -> Resul
         }
     }
     let sum: f64 = errors.iter().map(|e| e * e).sum();
-    Ok((!errors.is_empty() && force_n.next().is_none()).then(|| (sum / errors.len() as f64).sqrt()))
+    let of_force_n = (!errors.is_empty() && force_n.next().is_none()).then(|| (sum / errors.len() as f64).sqrt());
+    Ok(of_force_n.map(|n| n.hypot(truth.acceleration_noise_n)))
 }
 
 /// Whether a time of a recording, s from its first row, is in an interval that is stated of it.
@@ -152,11 +158,16 @@ mod tests {
         assert!(near(of(vec![[0.0, 0.045]], vec![0]), 1.0) && near(of(vec![[0.0, 0.045]], vec![1]), 4.0));
         // as many rows of either: sqrt((1 + 16)/2)
         assert!(near(of(vec![[0.0, 0.045], [0.0, 0.045]], vec![0, 1]), 8.5f64.sqrt()));
+        let shaken = Truth { acceleration_noise_n: 0.75, ..truth.clone() };
+        let stated = Holdout { intervals_s: vec![[0.0, 0.045]], intervals_of: vec![0], ..Holdout::default() };
+        assert!(
+            near(oracle(&folder, "r1", &shaken, &stated).unwrap(), 1.25),
+            "the noise of the acceleration beside it"
+        );
         assert_eq!(of(vec![[0.0, 0.045]], vec![]), None, "of which of two recordings?");
         assert_eq!(of(vec![], vec![]), None);
         assert_eq!(of(vec![[0.095, 0.12]], vec![0]), None, "at rest");
         std::fs::write(folder.join("answers/r1.truth-force.npy"), b"other").unwrap();
-        let stated = Holdout { intervals_s: vec![[0.0, 0.045]], intervals_of: vec![0], ..Holdout::default() };
         assert!(oracle(&folder, "r1", &truth, &stated).is_err());
         std::fs::remove_dir_all(&folder).unwrap();
     }

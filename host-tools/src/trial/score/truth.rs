@@ -20,6 +20,9 @@ pub struct Truth {
     /// Noise of the force.
     #[serde(default)]
     pub noise: Noise,
+    /// RMS force by which the stated mass makes the noise of a recorded acceleration into error of any simulation, N.
+    #[serde(default)]
+    pub acceleration_noise_n: f64,
     /// Recordings, in the order of time; see [`Truth::files`].
     #[serde(default)]
     pub files: Vec<String>,
