@@ -206,7 +206,7 @@ impl Scene<'_> {
     fn without_place(&self, contexts: &[Context<'_>], at: usize) -> Option<Vec<f64>> {
         let Found { bench, members, fit, .. } = self.found;
         let source = &members[at].candidate.source;
-        if wavelength_m(source).is_some() || LOCAL.iter().any(|id| source.is(*id)) {
+        if wavelength_m(source).is_some() || source.is_any(&LOCAL) {
             return None;
         }
         let columns = raw_columns(source, bench.contexts)?;

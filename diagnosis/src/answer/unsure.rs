@@ -47,7 +47,7 @@ pub(crate) fn refuted(found: &Found<'_>, proof: &Proof) -> Vec<(usize, f64)> {
         let source = &members[*at].candidate.source;
         let is_named = found.doubts[*at].is_none() && !source.is_story() && !source.is_shift();
         let carried = proof.carried.get(*at).and_then(Option::as_ref);
-        is_named && !UNSTEADY.iter().any(|id| source.is(*id)) && is_small_and_absent(shares[*at], carried)
+        is_named && !source.is_any(&UNSTEADY) && is_small_and_absent(shares[*at], carried)
     };
     (0..members.len()).filter(is_refuted).map(|at| (at, shares[at])).collect()
 }

@@ -9,7 +9,7 @@ use crate::fit::bench::Bench;
 use crate::fit::least_squares::Fit;
 use crate::fit::member::{Candidate, Gain};
 use crate::fit::refine::refine;
-use crate::fit::source::{Source, is_balanced};
+use crate::fit::source::{LATE, Source, is_balanced};
 use crate::fit::spectrum::{Left, Waves, is_wave, span, tried};
 use crate::nominal::Nominal;
 
@@ -29,7 +29,7 @@ pub(crate) struct Tolerances<'a> {
 /// Causes whose forms are all in the pool from the start, because the minimal form may show nothing where another shows
 /// everything: a force late by several rows is not slope times delay, and the effect of a filter on a start depends on
 /// what the drive did at rest.
-const FROM_THE_START: [Id; 2] = [Id::TimeMisalignment, Id::ForceLowpass];
+const FROM_THE_START: [Id; 2] = LATE;
 
 /// All candidates, whitened.
 pub(crate) struct Pool {

@@ -8,6 +8,9 @@ use crate::fit::story;
 /// Number of amplitudes from which a cause counts as a table.
 const TABLE: usize = 12;
 
+/// Causes that delay the whole channel: by a time, or by a filter.
+pub(crate) const LATE: [Id; 2] = [Id::TimeMisalignment, Id::ForceLowpass];
+
 /// Where a set of columns comes from.
 #[derive(Clone, Debug)]
 pub(crate) enum Source {
@@ -42,6 +45,11 @@ impl Source {
     /// Whether it is a form of this mechanism.
     pub(crate) fn is(&self, id: Id) -> bool {
         matches!(self, Source::Mechanism { definition, .. } if definition.id == id)
+    }
+
+    /// Whether it is a form of one of these mechanisms.
+    pub(crate) fn is_any(&self, ids: &[Id]) -> bool {
+        ids.iter().any(|id| self.is(*id))
     }
 
     /// Whether it is a cable chain whose mean pull was given to another cause: any of its other forms would take that

@@ -227,7 +227,7 @@ fn doubt(
     }
     // both are uneven by nature: a resonance depends on what excites it, rounding on where the force lies between two
     // steps
-    if [Id::StructuralResonance, Id::ForceQuantisation].iter().any(|id| member.candidate.source.is(*id)) {
+    if member.candidate.source.is_any(&[Id::StructuralResonance, Id::ForceQuantisation]) {
         return None;
     }
     let force = own_force(bench, fit, member);

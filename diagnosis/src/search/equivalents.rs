@@ -7,7 +7,7 @@ use crate::fit::least_squares::Fit;
 use crate::fit::member::{Beside, Candidate, Gain, Member};
 use crate::fit::pool::{Pool, Tolerances};
 use crate::fit::refine::{refine, refine_all};
-use crate::fit::source::Source;
+use crate::fit::source::{LATE, Source};
 use crate::numbers::linear::{Cholesky, Symmetric, dot, products};
 use crate::search::load_law;
 
@@ -208,7 +208,7 @@ impl Race<'_, '_> {
     /// a delay, or as a filter.
     fn is_one_late_channel(&self, other: &Source) -> bool {
         let late_s = late_by_s(self.own, self.own_gain).unwrap_or(0.0);
-        delays_channel(&self.own.source) && delays_channel(other) && (1e-9..self.bench.step_s).contains(&late_s)
+        self.own.source.is_any(&LATE) && other.is_any(&LATE) && (1e-9..self.bench.step_s).contains(&late_s)
     }
 
     /// A cause, with what it adds in the member's place, as a rival.
@@ -220,9 +220,8 @@ impl Race<'_, '_> {
         let is_within_a_row = [(own, own_gain), (&candidate, &gain)]
             .iter()
             .all(|(late, gain)| late_by_s(late, gain).is_some_and(|late_s| late_s.abs() < bench.step_s));
-        let is_viscous = [own, &candidate]
-            .iter()
-            .all(|cause| cause.source.is(Id::ViscousDrag) || cause.source.is(Id::HydrodynamicRolling));
+        let is_viscous =
+            [own, &candidate].iter().all(|cause| cause.source.is_any(&[Id::ViscousDrag, Id::HydrodynamicRolling]));
         let tie = if is_within_a_row && self.is_one_late_channel(&candidate.source) {
             f64::INFINITY
         } else if is_within_a_row {
@@ -242,11 +241,7 @@ impl Race<'_, '_> {
 
 /// Whether two causes are of one kind, or both delay the channel.
 fn is_of_one(a: &Source, b: &Source) -> bool {
-    a.is_kin(b) || (delays_channel(a) && delays_channel(b))
-}
-
-fn delays_channel(source: &Source) -> bool {
-    source.is(Id::TimeMisalignment) || source.is(Id::ForceLowpass)
+    a.is_kin(b) || (a.is_any(&LATE) && b.is_any(&LATE))
 }
 
 /// Delay that a cause gives the force or its friction, s; `None` for causes that delay nothing.

@@ -7,7 +7,7 @@ use crate::fit::bench::Bench;
 use crate::fit::member::{Candidate, Gain, Member};
 use crate::fit::pool::Pool;
 use crate::fit::rest::{beyond, power};
-use crate::fit::source::Source;
+use crate::fit::source::{LATE, Source};
 use crate::fit::spectrum::{is_wave, wavelength_m};
 use crate::noise::locks::Locks;
 use crate::numbers::statistics::rms;
@@ -79,7 +79,7 @@ impl Floor {
             (true, false) => f64::INFINITY,
             (false, _) => self.rounding_n,
         };
-        let is_like_law = !is_periodic(source) && !TO_ONE_SIDE.iter().any(|id| source.is(*id));
+        let is_like_law = !is_periodic(source) && !source.is_any(&TO_ONE_SIDE);
         let inexact_n = if is_like_law { self.inexact_n } else { 0.0 };
         self.any_n.max(rounding_n).max(inexact_n)
     }
@@ -157,19 +157,26 @@ fn is_of_one_profile(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, memb
     if members.iter().any(|member| is_at_a_joint(&candidate.source, &member.candidate.source)) {
         return true;
     }
-    let profile = [Id::RailJoint, Id::RailStraightness];
-    let Some(own) = profile.iter().position(|id| candidate.source.is(*id)) else { return false };
-    let other = profile[1 - own];
-    let Some(at) = members.iter().position(|member| member.candidate.source.is(other)) else { return false };
-    gain.nats < ONE_PROFILE * bench.beside(members, at).gain.nats
+    is_little_beside_its_other(bench, candidate, gain, members, ([Id::RailJoint, Id::RailStraightness], ONE_PROFILE))
+}
+
+/// Whether a candidate is one of two causes that act alike, the other is a member, and the candidate explains less than
+/// this share of what that one does.
+fn is_little_beside_its_other(
+    bench: &Bench<'_>,
+    candidate: &Candidate,
+    gain: &Gain,
+    members: &[Member],
+    (two, share): ([Id; 2], f64),
+) -> bool {
+    let Some(own) = two.iter().position(|id| candidate.source.is(*id)) else { return false };
+    let Some(at) = members.iter().position(|member| member.candidate.source.is(two[1 - own])) else { return false };
+    gain.nats < share * bench.beside(members, at).gain.nats
 }
 
 /// Whether a candidate is a filter that only rounds the delay that is there, or a delay that only sets back the filter.
 fn is_of_one_lateness(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, members: &[Member]) -> bool {
-    let late = [Id::TimeMisalignment, Id::ForceLowpass];
-    let Some(own) = late.iter().position(|id| candidate.source.is(*id)) else { return false };
-    let Some(at) = members.iter().position(|member| member.candidate.source.is(late[1 - own])) else { return false };
-    gain.nats < ONE_LATENESS * bench.beside(members, at).gain.nats
+    is_little_beside_its_other(bench, candidate, gain, members, (LATE, ONE_LATENESS))
 }
 
 /// Whether a cause is dirt at the place of a joint.
@@ -181,7 +188,7 @@ fn is_at_a_joint(dirt: &Source, joint: &Source) -> bool {
 /// Whether a candidate is a constant that is small beside a drift: a curve of a few parameters starts less steeply than
 /// a zero that settles.
 fn is_missed_by_a_curve(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, members: &[Member]) -> bool {
-    if ![Id::ForceOffset, Id::GravityTilt].iter().any(|id| candidate.source.is(*id)) {
+    if !candidate.source.is_any(&[Id::ForceOffset, Id::GravityTilt]) {
         return false;
     }
     let Some(drift) = members.iter().find(|member| member.candidate.source.is(Id::ForceDrift)) else { return false };
@@ -294,7 +301,7 @@ fn acts_at_turns(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain, floor: F
 }
 
 fn is_at_turns(source: &Source) -> bool {
-    AT_TURNS.iter().any(|id| source.is(*id))
+    source.is_any(&AT_TURNS)
 }
 
 /// RMS of the force of a cause that stands alone, N: where it acts at turns, in all rows.

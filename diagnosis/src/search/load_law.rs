@@ -63,7 +63,7 @@ pub(crate) fn refuses(
 
 /// Whether a form states how its force grows with the load.
 pub(crate) fn has_law(source: &Source) -> bool {
-    [Id::SealDrag, Id::ViscousDrag, Id::HydrodynamicRolling].iter().any(|id| source.is(*id))
+    source.is_any(&[Id::SealDrag, Id::ViscousDrag, Id::HydrodynamicRolling])
 }
 
 /// Load exponent that a form lacks, `a` in the module's equation.
