@@ -165,8 +165,9 @@ fn rivals(page: &mut Page, exams: &[Exam]) {
     page.prose(
         "Right counts every block. Wrong names are those in records with one, two or three known effects or one that has no \
          name; misses are visible effects left out there and elsewhere. Gain: squared hold-out error removed over what an \
-         oracle removes that knows law, effect and every constant, and reads the same motion, the median of records with an effect of 1 % or more; a program that \
-         states no hold-out errors has none. PySR, Operon, DJ-STLSQ and LISDD did not sit it.",
+         oracle removes that knows law, effect and every constant, and reads the same motion, the median of records with an \
+         effect of 1 % or more; a program that states no hold-out errors has none. PySR, Operon, DJ-STLSQ and LISDD did \
+         not sit it.",
     );
 }
 

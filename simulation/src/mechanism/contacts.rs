@@ -144,12 +144,7 @@ fn saturation(context: &Context<'_>, speed: f64, load_exponent: f64) -> Option<C
 /// ```
 fn of_film_m_s(context: &Context<'_>, row: usize, load_exponent: f64) -> f64 {
     let nu = context.steady.viscosity_cst.get(row).map_or(1.0, |nu| nu / 100.0);
-    let by_load = if context.steady.load_per_ball_n.is_empty() {
-        1.0
-    } else {
-        libm::pow(context.relative_load(row), load_exponent)
-    };
-    nu * context.speed_m_s(row) * by_load
+    nu * context.speed_m_s(row) * libm::pow(context.relative_load(row), load_exponent)
 }
 
 /// Mixed friction: `F ~ Q exp(-(H/H_s)^δ)`, for laws without such a term.
