@@ -3,10 +3,11 @@
 //! No curve follows them, but each is short, all brake, and all have one length along the rail whatever the speed. An
 //! electrical spike has one duration instead, and either sign; a rail joint is met again in every pass.
 
+use crate::beside::corners::are_at_corners;
 use crate::beside::pulses::{OUTSTANDING, Track, Width, outstanding, scores};
 use crate::noise::rows::Rows;
 use crate::numbers::rounding::quantum;
-use crate::numbers::statistics::{line, median, robust_sigma, scatter};
+use crate::numbers::statistics::{at_least, line, median, robust_sigma, scatter};
 use crate::recording::side::Side;
 
 /// Lengths that are tried, m: from the contact of a ball with the rail to a few of them, each √2 times the one before:
@@ -146,13 +147,18 @@ pub(crate) fn spots(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64
     let evidence = |index: &usize| lengths[*index].1.evidence;
     let best = (0..lengths.len()).max_by(|a, b| evidence(a).total_cmp(&evidence(b)))?;
     let spots = &lengths[best].1;
-    let by_count = at_least(spots.braking.len(), spots.pushing);
+    let by_count = at_least(spots.braking.len(), spots.pushing, 0.5);
     let p = (by_count.min(so_high(&tracks, spots, Width::Length(lengths[best].0))) * f64::from(LENGTHS)).min(1.0);
     if p > CHANCE {
         return None;
     }
     let common = common(&tracks, &lengths, best);
-    if common == Common::Duration || is_fixed(side, &tracks, &spots.braking) {
+    let acceleration_m_s2: Vec<f64> =
+        side.contexts.iter().flat_map(|context| &context.motion.acceleration_m_s2).copied().collect();
+    if common == Common::Duration
+        || is_fixed(side, &tracks, &spots.braking)
+        || are_at_corners(&tracks, &acceleration_m_s2, &spots.braking)
+    {
         return None;
     }
     // at the shortest length it may be shorter than a ball's contact, which nothing rolled over has; the longest is no
@@ -248,14 +254,6 @@ impl Pulses {
 /// between two spots these add up to more than either.
 fn is_one(track: &Track, score: f64, at: usize, width: Width) -> bool {
     track.is_told[at] && score * height(track, at, width).0 > 0.0
-}
-
-/// Probability of at least so many heads beside so few tails.
-fn at_least(heads: usize, tails: usize) -> f64 {
-    let all = (heads + tails) as f64;
-    let choices = |k: f64| libm::lgamma(all + 1.0) - libm::lgamma(k + 1.0) - libm::lgamma(all - k + 1.0);
-    let p: f64 = (heads..=heads + tails).map(|k| (choices(k as f64) - all * std::f64::consts::LN_2).exp()).sum();
-    p.min(1.0)
 }
 
 /// Probability of braking so far above the highest that pushes.

@@ -10,6 +10,7 @@
 //! ```
 
 pub(crate) mod bursts;
+pub(crate) mod corners;
 pub(crate) mod events;
 pub(crate) mod gap;
 pub(crate) mod pulses;

@@ -40,6 +40,14 @@ pub(crate) fn line(points: &[(f64, f64)]) -> (f64, f64, f64) {
     (my - slope * mx, slope, if syy > 0.0 { (left / syy).sqrt() } else { 1.0 })
 }
 
+/// Probability of at least so many heads beside so few tails, where each is a head with this `chance`, between 0 and 1.
+pub(crate) fn at_least(heads: usize, tails: usize, chance: f64) -> f64 {
+    let all = (heads + tails) as f64;
+    let choices = |k: f64| libm::lgamma(all + 1.0) - libm::lgamma(k + 1.0) - libm::lgamma(all - k + 1.0);
+    let of = |k: f64| (choices(k) + k * chance.ln() + (all - k) * (-chance).ln_1p()).exp();
+    (heads..=heads + tails).map(|k| of(k as f64)).sum::<f64>().min(1.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -53,6 +61,8 @@ mod tests {
         assert_eq!((mean(&[1.0, 5.0]), rms(&[1.0, -7.0]), scatter(&[1.0, 3.0, 5.0])), (3.0, 5.0, 2.0));
         assert_eq!(median(vec![9.0, 1.0, 2.0]), Some(2.0));
         let (height, slope, left) = line(&[(0.0, 1.0), (1.0, 3.0), (2.0, 5.0)]);
+        // three or four of four at a tenth: 4 · 0.1³ · 0.9 + 0.1⁴
+        assert!((at_least(3, 1, 0.1) - 0.0037).abs() < 1e-15 && at_least(0, 7, 0.3) == 1.0);
         assert!((height - 1.0).abs() < 1e-12 && (slope - 2.0).abs() < 1e-12 && left < 1e-7, "{height} {slope} {left}");
     }
 }
