@@ -287,13 +287,14 @@ impl ChannelEnds {
             return ChannelEnds::default();
         }
         let step = quantum(x).unwrap_or(0.0);
-        // a coarsely quantised channel repeats values between the ends as well
+        // a coarsely quantised channel repeats values between the ends as well; one that noise dithers leaves them at once
+        let is_dithered = robust_sigma(&noise) > step;
         let often = most_often(x, low, high);
         let width = 0.002 * (high - low) + step;
         let is_end = |edge: &f64| {
             let on = x.iter().filter(|x| *x == edge).count();
             let beside = x.iter().filter(|x| *x != edge && (*x - edge).abs() <= width).count();
-            on >= ON_THE_EDGE && on > 3 * beside.max(often)
+            on >= ON_THE_EDGE && on > 3 * beside && (on > 3 * often || is_dithered && stays(x, *edge))
         };
         ChannelEnds([low, high].into_iter().filter(is_end).collect())
     }
@@ -307,6 +308,14 @@ impl ChannelEnds {
     pub(crate) fn limit_n(&self) -> Option<f64> {
         self.0.iter().map(|end| end.abs()).min_by(f64::total_cmp)
     }
+}
+
+/// Whether a channel whose noise exceeds its quantisation step stays at a value as long as no dithered one does: from
+/// there it keeps the value at most two times in five (the centre of a normal of one step's spread), here three in four.
+fn stays(x: &[f64], value: f64) -> bool {
+    let there = x.windows(2).filter(|pair| pair[0] == value).count();
+    let stayed = x.windows(2).filter(|pair| pair[0] == value && pair[1] == value).count();
+    4 * stayed >= 3 * there
 }
 
 /// Noise, relative to the range, below which a force has none: every sensor has more.
@@ -475,5 +484,16 @@ mod tests {
         let clipped: Vec<f64> =
             forth_and_back.iter().map(|x| (x * 1.25 + 0.1 * noise.gaussian()).clamp(-8.0, 8.0)).collect();
         assert_eq!(ChannelEnds::of(&clipped).0, [-8.0, 8.0]);
+        // a peak of the inertial force that ends in a channel of 0.05 N steps, whose values repeat at constant speed
+        let rounded = |x: f64| (x / 0.05).round() * 0.05;
+        let peaks: Vec<f64> = (0..8000)
+            .map(|n| if n % 1000 < 8 { 20.0 } else { 8.0 } + 0.1 * noise.gaussian())
+            .map(|x| rounded(x.min(15.0)))
+            .collect();
+        assert_eq!(ChannelEnds::of(&peaks).0, [rounded(15.0)]);
+        // the same peaks in a channel that reaches higher
+        let free: Vec<f64> =
+            (0..8000).map(|n| rounded(if n % 1000 < 8 { 20.0 } else { 8.0 } + 0.1 * noise.gaussian())).collect();
+        assert!(ChannelEnds::of(&free).0.is_empty());
     }
 }
