@@ -22,19 +22,25 @@ const SMALL_BESIDE: f64 = 0.05;
 /// Causes that may differ on other rows.
 pub(crate) const UNSTEADY: [Id; 2] = [Id::StructuralResonance, Id::ForceQuantisation];
 
-/// Whether everything found is to be taken back: it is unsure, makes the rows that were set aside worse, and no channel
-/// shows anything beside it. The rows set aside only take back; they choose nothing.
+/// Whether everything found is to be taken back: it makes the rows that were set aside worse, and either it is unsure and
+/// no channel shows anything beside it, or it has no name and the play of a coupling, beside it, has. The rows set aside
+/// only take back; they choose nothing.
 pub(crate) fn is_unsure(found: &Found<'_>, aside: &Aside<'_>, proof: &Proof) -> bool {
     let is_unsteady = |id: &Id| found.members.iter().any(|member| member.candidate.source.is(*id));
+    if found.members.is_empty() || found.is_shift_only() || UNSTEADY.iter().any(is_unsteady) {
+        return false;
+    }
     let is_bare = aside.spots.is_none() && aside.speed.is_none() && aside.heard.is_none() && aside.play.is_none();
-    !found.members.is_empty()
-        && !found.is_shift_only()
-        && is_bare
-        && !UNSTEADY.iter().any(is_unsteady)
-        && is_refuted(found.p_no_mismatch, proof.holdout.rmse_calibrated_n, proof.holdout.rmse_after_n)
+    let is_nameless = found.members.iter().all(|member| member.candidate.source.is_story());
+    let p = match aside.play {
+        Some(_) if is_nameless => 1.0,
+        _ if is_bare => found.p_no_mismatch,
+        _ => 0.0,
+    };
+    is_refuted(p, proof.holdout.rmse_calibrated_n, proof.holdout.rmse_after_n)
 }
 
-/// The named causes that carry little beside others and are not there on the rows that were set aside, each with its
+/// The causes, named or not, that carry little beside others and are not there on the rows that were set aside, each with its
 /// share of what is explained.
 pub(crate) fn refuted(found: &Found<'_>, proof: &Proof) -> Vec<(usize, f64)> {
     let members = &found.members;
@@ -45,9 +51,8 @@ pub(crate) fn refuted(found: &Found<'_>, proof: &Proof) -> Vec<(usize, f64)> {
     let shares = shares(&found.bench.rows, &imitated(&found.bench, members), &forces, 1.0);
     let is_refuted = |at: &usize| {
         let source = &members[*at].candidate.source;
-        let is_named = found.doubts[*at].is_none() && !source.is_story() && !source.is_shift();
         let carried = proof.carried.get(*at).and_then(Option::as_ref);
-        is_named && !source.is_any(&UNSTEADY) && is_small_and_absent(shares[*at], carried)
+        !source.is_shift() && !source.is_any(&UNSTEADY) && is_small_and_absent(shares[*at], carried)
     };
     (0..members.len()).filter(is_refuted).map(|at| (at, shares[at])).collect()
 }

@@ -7,14 +7,14 @@ use super::presliding::held_state;
 use super::table::{COARSE, entries, over_stroke};
 use super::{Free, Positive, STROKE, amplitude, ratio, shown};
 
-/// E21: `F = M a`.
+/// E21: `F = M a`; below 0 where less moves than the simulation has.
 pub(super) const INERTIA: Definition = Definition {
     id: Id::Inertia,
     kind: Kind::Physics,
     forms: &[Form {
         name: "minimal",
         shape: &[],
-        amplitudes: &[amplitude("mass_kg", "kg", Positive, 10.0)],
+        amplitudes: &[amplitude("mass_kg", "kg", Free, 10.0)],
         columns: |context, _| {
             let a = &context.motion.acceleration_m_s2;
             a.iter()
@@ -25,7 +25,7 @@ pub(super) const INERTIA: Definition = Definition {
         equation: "F = mass·dV/dt",
     }],
     axis: "acceleration",
-    statement: "the drive accelerates a mass that the simulation does not have",
+    statement: "the drive accelerates another mass than the simulation has",
     falsifier: "a known mass put on the carriage does not add its own kilograms to the number",
     confused_with: "a delay or a low-pass of the force, which also act where speed changes: they do not grow in proportion \
                     to the acceleration",
