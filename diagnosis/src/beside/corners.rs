@@ -7,7 +7,7 @@ use crate::numbers::statistics::at_least;
 /// Part of the way on which the acceleration changes most.
 const CORNERS: f64 = 0.1;
 
-/// Probability of so many spots there by chance, below which they are no dirt. Of the dirt in the trials a fifth lay
+/// Probability of so many spots there by chance, below which they are no dirt. Of the dirt in trial 34 a quarter lay
 /// there at most (docs/decisions/0003-diagnosis.md).
 const CHANCE: f64 = 1e-3;
 
@@ -41,7 +41,7 @@ pub(crate) fn are_at_corners(tracks: &[Track], acceleration_m_s2: &[f64], spots:
     })
 }
 
-/// Largest difference of the acceleration on both sides of each row, m/s².
+/// Difference of the accelerations on both sides of each row, m/s².
 fn changes(track: &Track, acceleration_m_s2: &[f64]) -> Vec<f64> {
     let x = &track.travel_m;
     let (mut from, mut to) = (0, 0);

@@ -287,14 +287,14 @@ impl ChannelEnds {
             return ChannelEnds::default();
         }
         let step = quantum(x).unwrap_or(0.0);
-        // a coarsely quantised channel repeats values between the ends as well; one that noise dithers leaves them at once
-        let is_dithered = robust_sigma(&noise) > step;
+        // a coarsely quantised channel repeats values between the ends as well, and one that holds its samples every one
+        let leaves = robust_sigma(&noise) > step && staying(x, between) < SELDOM;
         let often = most_often(x, low, high);
         let width = 0.002 * (high - low) + step;
         let is_end = |edge: &f64| {
             let on = x.iter().filter(|x| *x == edge).count();
             let beside = x.iter().filter(|x| *x != edge && (*x - edge).abs() <= width).count();
-            on >= ON_THE_EDGE && on > 3 * beside && (on > 3 * often || is_dithered && stays(x, *edge))
+            on >= ON_THE_EDGE && on > 3 * beside && (on > 3 * often || leaves && staying(x, |x| x == edge) > MOSTLY)
         };
         ChannelEnds([low, high].into_iter().filter(is_end).collect())
     }
@@ -310,12 +310,17 @@ impl ChannelEnds {
     }
 }
 
-/// Whether a channel whose noise exceeds its quantisation step stays at a value as long as no dithered one does: from
-/// there it keeps the value at most two times in five (the centre of a normal of one step's spread), here three in four.
-fn stays(x: &[f64], value: f64) -> bool {
-    let there = x.windows(2).filter(|pair| pair[0] == value).count();
-    let stayed = x.windows(2).filter(|pair| pair[0] == value && pair[1] == value).count();
-    4 * stayed >= 3 * there
+/// Shares of rows whose value the next row has, too: below the first in a channel whose noise exceeds its quantisation
+/// step (two in five at the centre of a normal of one step's spread), above the second at an end.
+const SELDOM: f64 = 0.4;
+const MOSTLY: f64 = 0.74;
+
+/// Share of the rows there whose value the next row has, too.
+fn staying(x: &[f64], is_there: impl Fn(&f64) -> bool) -> f64 {
+    let there = x.windows(2).filter(|pair| is_there(&pair[0]));
+    let (count, stayed) =
+        there.fold((0usize, 0usize), |(count, stayed), pair| (count + 1, stayed + usize::from(pair[0] == pair[1])));
+    stayed as f64 / count.max(1) as f64
 }
 
 /// Noise, relative to the range, below which a force has none: every sensor has more.
@@ -491,6 +496,9 @@ mod tests {
             .map(|x| rounded(x.min(15.0)))
             .collect();
         assert_eq!(ChannelEnds::of(&peaks).0, [rounded(15.0)]);
+        // samples that are held for ten rows: the highest stays as long as any other
+        let held: Vec<f64> = (0..800).flat_map(|_| [rounded(8.0 + noise.gaussian()); 10]).collect();
+        assert!(ChannelEnds::of(&held).0.is_empty());
         // the same peaks in a channel that reaches higher
         let free: Vec<f64> =
             (0..8000).map(|n| rounded(if n % 1000 < 8 { 20.0 } else { 8.0 } + 0.1 * noise.gaussian())).collect();
