@@ -36,7 +36,7 @@ pub(crate) fn are_at_corners(tracks: &[Track], acceleration_m_s2: &[f64], spots:
         so_far_m > CORNERS * all_m
     });
     least.is_some_and(|(least, _)| {
-        let there = spots.iter().filter(|(track, n)| changes[*track][*n] >= *least).count();
+        let there = spots.iter().filter(|(track, n)| changes[*track][*n] > *least).count();
         at_least(there, spots.len() - there, CORNERS) < CHANCE
     })
 }
