@@ -22,26 +22,29 @@ const SMALL_BESIDE: f64 = 0.05;
 /// Causes that may differ on other rows.
 pub(crate) const UNSTEADY: [Id; 2] = [Id::StructuralResonance, Id::ForceQuantisation];
 
-/// Whether everything found is to be taken back: it makes the rows that were set aside worse, and either it is unsure and
-/// no channel shows anything beside it, or it has no name and the play of a coupling, beside it, has. The rows set aside
-/// only take back; they choose nothing.
+/// Whether everything found is to be taken back: it is unsure, makes the rows that were set aside worse, and no channel
+/// shows anything beside it. The rows set aside only take back; they choose nothing.
 pub(crate) fn is_unsure(found: &Found<'_>, aside: &Aside<'_>, proof: &Proof) -> bool {
     let is_unsteady = |id: &Id| found.members.iter().any(|member| member.candidate.source.is(*id));
-    if found.members.is_empty() || found.is_shift_only() || UNSTEADY.iter().any(is_unsteady) {
-        return false;
-    }
     let is_bare = aside.spots.is_none() && aside.speed.is_none() && aside.heard.is_none() && aside.play.is_none();
-    let is_nameless = found.members.iter().all(|member| member.candidate.source.is_story());
-    let p = match aside.play {
-        Some(_) if is_nameless => 1.0,
-        _ if is_bare => found.p_no_mismatch,
-        _ => 0.0,
-    };
-    is_refuted(p, proof.holdout.rmse_calibrated_n, proof.holdout.rmse_after_n)
+    !found.members.is_empty()
+        && !found.is_shift_only()
+        && is_bare
+        && !UNSTEADY.iter().any(is_unsteady)
+        && is_refuted(found.p_no_mismatch, proof.holdout.rmse_calibrated_n, proof.holdout.rmse_after_n)
 }
 
-/// The causes, named or not, that carry little beside others and are not there on the rows that were set aside, each with its
-/// share of what is explained.
+/// Whether nothing but curves without a name was found beside the play of a coupling, and they make the rows that were
+/// set aside worse, however sure they are: what play leaves at reversals is no curve.
+pub(crate) fn is_refuted_beside_play(found: &Found<'_>, aside: &Aside<'_>, proof: &Proof) -> bool {
+    !found.members.is_empty()
+        && aside.play.is_some()
+        && found.members.iter().all(|member| member.candidate.source.is_story())
+        && proof.holdout.rmse_after_n > proof.holdout.rmse_calibrated_n
+}
+
+/// The causes, named or not, that carry little beside others and are not there on the rows that were set aside, each
+/// with its share of what is explained.
 pub(crate) fn refuted(found: &Found<'_>, proof: &Proof) -> Vec<(usize, f64)> {
     let members = &found.members;
     if members.len() < 2 {

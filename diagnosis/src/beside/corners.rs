@@ -17,10 +17,9 @@ const BESIDE_M: f64 = 2e-3;
 const BESIDE_ROWS: usize = 3;
 
 /// Whether more of the spots (track, row) lie on the tenth of the way on which the acceleration changes most than
-/// chance puts there. `acceleration_m_s2`: one entry per row of all runs.
-pub(crate) fn are_at_corners(tracks: &[Track], acceleration_m_s2: &[f64], spots: &[(usize, usize)]) -> bool {
-    let changes: Vec<Vec<f64>> =
-        tracks.iter().map(|track| changes(track, &acceleration_m_s2[track.rows.clone()])).collect();
+/// chance puts there.
+pub(crate) fn are_at_corners(tracks: &[Track], spots: &[(usize, usize)]) -> bool {
+    let changes: Vec<Vec<f64>> = tracks.iter().map(changes).collect();
     let (mut way, mut all_m) = (Vec::new(), 0.0);
     for (track, changes) in tracks.iter().zip(&changes) {
         for n in (0..changes.len()).filter(|n| track.is_told[*n]) {
@@ -42,23 +41,14 @@ pub(crate) fn are_at_corners(tracks: &[Track], acceleration_m_s2: &[f64], spots:
 }
 
 /// Difference of the accelerations on both sides of each row, m/s².
-fn changes(track: &Track, acceleration_m_s2: &[f64]) -> Vec<f64> {
-    let x = &track.travel_m;
-    let (mut from, mut to) = (0, 0);
-    (0..x.len())
-        .map(|n| {
-            while x[n] - x[from] > BESIDE_M {
-                from += 1;
-            }
-            to = to.max(n);
-            while to + 1 < x.len() && x[to + 1] - x[n] <= BESIDE_M {
-                to += 1;
-            }
-            let from = from.min(n.saturating_sub(BESIDE_ROWS));
-            let to = to.max((n + BESIDE_ROWS).min(x.len() - 1));
-            (acceleration_m_s2[to] - acceleration_m_s2[from]).abs()
-        })
-        .collect()
+fn changes(track: &Track) -> Vec<f64> {
+    let a = &track.acceleration_m_s2;
+    let change = |(n, (from, to)): (usize, (usize, usize))| {
+        let from = from.min(n.saturating_sub(BESIDE_ROWS));
+        let to = to.max((n + BESIDE_ROWS).min(a.len() - 1));
+        (a[to] - a[from]).abs()
+    };
+    track.windows(BESIDE_M).into_iter().enumerate().map(change).collect()
 }
 
 #[cfg(test)]
@@ -69,11 +59,14 @@ mod tests {
     #[test]
     fn what_lies_where_the_acceleration_changes_is_no_dirt() {
         let (rows, corner) = (500, 200);
+        // noise of an acceleration that is derived, and a corner
+        let noise = |n: usize| 0.01 * ((n * 7919) % 101) as f64 / 101.0;
         let track = |start: usize| Track {
             rows: start..start + rows,
             step_s: 0.01,
             travel_m: (0..rows).map(|n| 1e-3 * n as f64).collect(),
             speed_m_s: vec![0.1; rows],
+            acceleration_m_s2: (0..rows).map(|n| noise(start + n) + if n > corner { 1.0 } else { 0.0 }).collect(),
             left_n: vec![0.0; rows],
             braking: vec![0.0; rows],
             compared: vec![true; rows],
@@ -81,12 +74,8 @@ mod tests {
             is_told: vec![true; rows],
         };
         let tracks = [0, 1, 2, 3].map(|stroke| track(stroke * rows));
-        // noise of an acceleration that is derived, and a corner
-        let noise = |n: usize| 0.01 * ((n * 7919) % 101) as f64 / 101.0;
-        let acceleration_m_s2: Vec<f64> =
-            (0..4 * rows).map(|n| noise(n) + if n % rows > corner { 1.0 } else { 0.0 }).collect();
         let at = |places: [usize; 4]| [0, 1, 2, 3].map(|stroke| (stroke, places[stroke]));
-        assert!(are_at_corners(&tracks, &acceleration_m_s2, &at([199, 200, 201, 202])));
-        assert!(!are_at_corners(&tracks, &acceleration_m_s2, &at([60, 200, 350, 480])));
+        assert!(are_at_corners(&tracks, &at([199, 200, 201, 202])));
+        assert!(!are_at_corners(&tracks, &at([60, 200, 350, 480])));
     }
 }

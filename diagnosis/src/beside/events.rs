@@ -153,11 +153,7 @@ pub(crate) fn spots(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64
         return None;
     }
     let common = common(&tracks, &lengths, best);
-    let acceleration_m_s2: Vec<f64> =
-        side.contexts.iter().flat_map(|context| &context.motion.acceleration_m_s2).copied().collect();
-    if common == Common::Duration
-        || is_fixed(side, &tracks, &spots.braking)
-        || are_at_corners(&tracks, &acceleration_m_s2, &spots.braking)
+    if common == Common::Duration || is_fixed(side, &tracks, &spots.braking) || are_at_corners(&tracks, &spots.braking)
     {
         return None;
     }
@@ -196,6 +192,7 @@ fn tracks(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64]) -> Vec<
                 left_n: part.rows.clone().map(along).collect(),
                 travel_m: context.travel_m[part.rows.clone()].to_vec(),
                 speed_m_s: part.rows.clone().map(|n| context.speed_m_s(n)).collect(),
+                acceleration_m_s2: context.motion.acceleration_m_s2[part.rows.clone()].to_vec(),
                 braking: part.rows.clone().map(scaled).collect(),
                 compared: own.clone().map(|n| compared[n] && weights[n] > 0.0).collect(),
                 is_built_up: part.rows.clone().map(|n| context.since_reversal_m[n] > BUILT_UP_M).collect(),
@@ -213,20 +210,11 @@ fn tracks(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64]) -> Vec<
 /// Rows where only a spot can have the shape of one.
 fn told(track: &Track) -> Vec<bool> {
     let (x, v) = (&track.travel_m, &track.speed_m_s);
-    let (mut from, mut to) = (0, 0);
-    (0..x.len())
-        .map(|n| {
-            while x[n] - x[from] > STEADY_M {
-                from += 1;
-            }
-            to = to.max(n);
-            while to + 1 < x.len() && x[to + 1] - x[n] <= STEADY_M {
-                to += 1;
-            }
-            let is_steady = (v[to] - v[from]).abs() < STEADY * v[n] && x[to] - x[from] > STEADY_M;
-            is_steady && track.compared[n] && track.is_built_up[n]
-        })
-        .collect()
+    let is_told = |(n, (from, to)): (usize, (usize, usize))| {
+        let is_steady = (v[to] - v[from]).abs() < STEADY * v[n] && x[to] - x[from] > STEADY_M;
+        is_steady && track.compared[n] && track.is_built_up[n]
+    };
+    track.windows(STEADY_M).into_iter().enumerate().map(is_told).collect()
 }
 
 impl Pulses {
@@ -487,6 +475,7 @@ mod tests {
             step_s: 0.01,
             travel_m: (0..400).map(|n| 1e-3 * f64::from(n)).collect(),
             speed_m_s: vec![0.1; 400],
+            acceleration_m_s2: vec![0.0; 400],
             left_n,
             braking,
             compared: vec![true; 400],

@@ -4,6 +4,7 @@
 //! speed        a recorded speed that is noisier than one derived from the position
 //! ringing      a structure that rings, mistaken for noise; spectra: peaks at every speed
 //! events       spots that no form of the library represents; pulses: the matched filter that finds them
+//! corners      whether they lie where the acceleration changes, as no dirt does
 //! bursts       braking for tenths of a second, or pushing to one side
 //! transients   narrow-band sounds that come and go
 //! gap          play of a few micrometres

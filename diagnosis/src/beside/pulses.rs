@@ -33,6 +33,7 @@ pub(crate) struct Track {
     pub(crate) step_s: f64,
     pub(crate) travel_m: Vec<f64>,
     pub(crate) speed_m_s: Vec<f64>,
+    pub(crate) acceleration_m_s2: Vec<f64>,
     /// `r`, positive against the motion, N.
     pub(crate) left_n: Vec<f64>,
     /// `WᵀW r`, positive against the motion, over its scale; 0 where not compared.
@@ -42,6 +43,26 @@ pub(crate) struct Track {
     pub(crate) is_built_up: Vec<bool>,
     /// Rows where a pulse can be told from other transients.
     pub(crate) is_told: Vec<bool>,
+}
+
+impl Track {
+    /// First and last row within so much travel of each row, m.
+    pub(crate) fn windows(&self, reach_m: f64) -> Vec<(usize, usize)> {
+        let x = &self.travel_m;
+        let (mut from, mut to) = (0, 0);
+        (0..x.len())
+            .map(|n| {
+                while x[n] - x[from] > reach_m {
+                    from += 1;
+                }
+                to = to.max(n);
+                while to + 1 < x.len() && x[to + 1] - x[n] <= reach_m {
+                    to += 1;
+                }
+                (from, to)
+            })
+            .collect()
+    }
 }
 
 /// The common width of all pulses.
@@ -189,6 +210,7 @@ mod tests {
             step_s: 0.01,
             travel_m: (0..rows).map(|n| n as f64 * 0.01 * speed_m_s).collect(),
             speed_m_s: vec![speed_m_s; rows],
+            acceleration_m_s2: vec![0.0; rows],
             left_n: braking.clone(),
             braking,
             compared: vec![true; rows],

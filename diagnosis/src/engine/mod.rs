@@ -20,7 +20,7 @@ use crate::answer::aside::Aside;
 use crate::answer::play::Play;
 use crate::answer::proof::Split;
 use crate::answer::scores;
-use crate::answer::unsure::{is_unsure, refuted};
+use crate::answer::unsure::{is_refuted_beside_play, is_unsure, refuted};
 use crate::report::{DataQuality, Diagnosis, Holdout, SCHEMA, Unexplained, Verdict};
 
 use learned::{Anew, Learned};
@@ -124,12 +124,13 @@ fn attempt(asked: &Asked<'_>, quality: &mut DataQuality) -> Result<Outcome, Refu
         Aside { spots: spots.as_ref(), speed: prepared.speed, heard: ringing.heard.as_ref(), play: play.as_ref() };
     let case = learned.case(given, seen_from_m);
     let mut proof = scores::score(&case, &learned.held(asked.seed), &found, &aside)?;
-    if is_unsure(&found, &aside, &proof) {
+    // other recordings have no say in what is kept beside a play, nor in what is named
+    let is_own = asked.holdout.is_empty();
+    if is_unsure(&found, &aside, &proof) || is_own && is_refuted_beside_play(&found, &aside, &proof) {
         found = found.taken_back(&case, learned.law_only())?;
         proof = scores::score(&case, &learned.held(asked.seed), &found, &aside)?;
     }
-    // other recordings have no say in what is named
-    let refuted = if asked.holdout.is_empty() { refuted(&found, &proof) } else { Vec::new() };
+    let refuted = if is_own { refuted(&found, &proof) } else { Vec::new() };
     if !refuted.is_empty() {
         found = found.without(&case, &refuted)?;
         proof = scores::score(&case, &learned.held(asked.seed), &found, &aside)?;

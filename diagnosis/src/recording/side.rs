@@ -6,9 +6,10 @@ use simulation::mechanism::Context;
 use simulation::run::Run;
 
 use crate::nominal::Nominal;
+use crate::recording::ends::ChannelEnds;
 use crate::recording::moving::Moving;
 use crate::recording::resolution::unresolved;
-use crate::recording::sanity::{ChannelEnds, Comparable};
+use crate::recording::sanity::Comparable;
 use crate::report::DataQuality;
 
 /// Runs with everything derived from their motion.
