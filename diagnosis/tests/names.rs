@@ -415,3 +415,15 @@ fn less_mass_than_stated_is_a_mass_and_no_gain_alone() {
     let mass_kg = found.mechanisms[0].parameters.iter().find(|p| p.name == "mass_kg").expect("its number");
     assert!((mass_kg.value + 6.0).abs() < 0.3, "{} kg", mass_kg.value);
 }
+
+/// A force in kN, most of which is that of the mass: all of the mass seems to be missing.
+#[test]
+fn a_mass_that_is_missing_altogether_is_no_mass() {
+    let stated = Simulation::from_toml(&format!("{GUIDE}[axis]\nmoved_mass_kg = 300.0\n")).expect("a sound file");
+    let course = strokes(&[0.3, 0.6], 0.3, 0.5, 3000.0);
+    let mut noise = Noise::new(12, 0);
+    let force = stated.force(&course.run, &course.motion).unwrap();
+    let drag_force_n = force.iter().map(|force| 1e-3 * (force + NOISE_N * noise.gaussian())).collect();
+    let found = diagnose(&[Run { drag_force_n, ..course.run }], &[], &stated, &Options::default()).diagnosis;
+    assert!(!sets(&found).iter().any(|set| set[0] == "inertia"), "{:?}", sets(&found));
+}

@@ -48,6 +48,9 @@ const AT_A_JOINT_M: f64 = 0.05;
 /// wrong by some of it.
 const MORE_MASS: f64 = 1.3;
 
+/// Most of the simulation's mass by which less may move: a force in kN has an inertia that is all of it off.
+const LESS_MASS: f64 = 0.9;
+
 /// Causes that act where the force turns, mostly in rows that come too soon after it to be compared: alone, their size
 /// is that in all rows.
 const AT_TURNS: [Id; 3] = [Id::Presliding, Id::TimeMisalignment, Id::ForceLowpass];
@@ -112,6 +115,7 @@ pub(crate) fn holds(
         && !is_of_one_lateness(bench, candidate, gain, members)
         && !is_missed_by_a_curve(bench, candidate, gain, members)
         && !rings_with_more_than_moves(bench, candidate, gain, members)
+        && !takes_all_that_moves(bench, candidate, gain)
         && shows(bench, pool, candidate, gain, members, is_tiny)
 }
 
@@ -206,6 +210,12 @@ fn rings_with_more_than_moves(bench: &Bench<'_>, candidate: &Candidate, gain: &G
     let moved_kg = members.iter().find_map(mass_of);
     let known_kg = bench.contexts.first().map_or(0.0, |context| context.moved_mass_kg);
     moved_kg.is_some_and(|moved_kg| ringing_kg > MORE_MASS * (moved_kg + known_kg))
+}
+
+/// Whether a candidate is a lack of mass that leaves next to nothing of what the simulation accelerates.
+fn takes_all_that_moves(bench: &Bench<'_>, candidate: &Candidate, gain: &Gain) -> bool {
+    let known_kg = bench.contexts.first().map_or(0.0, |context| context.moved_mass_kg);
+    mass_kg(&candidate.source, Id::Inertia, &gain.amplitudes).is_some_and(|mass_kg| mass_kg < -LESS_MASS * known_kg)
 }
 
 /// Mass among the amplitudes of a cause, kg; `None` for another cause.
