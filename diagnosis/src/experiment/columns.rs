@@ -126,7 +126,7 @@ pub(super) fn of_recording(found: &Found<'_>, others: &[Member], parts: &Parts) 
     let bench = &found.bench;
     let mut columns: Vec<Vec<f32>> = bench.law().iter().map(|column| bench.base[*column].clone()).collect();
     columns.extend(others.iter().flat_map(|member| member.candidate.columns.iter().cloned()));
-    let white = |source: &Source| bench.candidate(source.clone()).map(|candidate| candidate.columns);
+    let white = |source: &Source| bench.candidate(source.clone()).map(|candidate| candidate.columns.to_vec());
     for rival in &parts.sources {
         let own = white(&rival.source).unwrap_or_else(|| vec![vec![0.0; bench.rows.len()]; rival.amplitudes.len()]);
         columns.extend(rival.with_slopes(own, white));

@@ -4,12 +4,15 @@
 //! A column is made once, whitened once and kept. Cross products are computed when a fit first needs them. The base
 //! holds the mismatch (column 0), the tangent of the law and the columns of the causes taken up.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 use simulation::mechanism::Context;
 
 use crate::fit::bend;
 use crate::fit::edges::Edges;
 use crate::fit::least_squares::{Fit, Left, bounded};
+use crate::fit::made::Made;
 use crate::fit::member::{Beside, Candidate, Gain, Member, without};
 use crate::fit::source::{Source, raw_columns, weighted};
 use crate::fit::told::Told;
@@ -67,6 +70,9 @@ pub(crate) struct Bench<'a> {
     /// What starts and stops tell of the delay between motion and force.
     pub(crate) edges: Option<Edges>,
     told: Told,
+    made: Made,
+    /// Mechanisms taken up, and their columns in the base.
+    taken: Vec<(Source, Vec<usize>)>,
 }
 
 impl<'a> Bench<'a> {
@@ -95,6 +101,8 @@ impl<'a> Bench<'a> {
             edges: None,
             step_s: contexts.iter().map(|c| c.run.step_s()).find(|step| *step > 0.0).unwrap_or(1.0),
             told: Told::of(contexts),
+            made: Made::default(),
+            taken: Vec::new(),
         };
         let raw: Vec<&[f64]> = std::iter::once(mismatch).chain(tangent.iter().map(Vec::as_slice)).collect();
         bench.push(bench.rows.white_all(&raw));
@@ -360,7 +368,18 @@ impl<'a> Bench<'a> {
         if let Some(edges) = &self.edges {
             edges.bind(&source, &mut bounds);
         }
-        Some(Candidate { source, columns, bounds, own, cross: Vec::new() })
+        Some(Candidate { source, columns: Arc::new(columns), bounds, own, cross: Vec::new() })
+    }
+
+    /// A candidate prepared for a fit of these columns of the base; `None` where no run shows it.
+    pub(crate) fn prepared(&self, source: Source, active: &[usize]) -> Option<Candidate> {
+        let mut candidate = match self.made.get(&source) {
+            Some(known) => known,
+            None => self.candidate(source)?,
+        };
+        self.prepare(&mut candidate, active);
+        self.made.keep(&candidate);
+        Some(candidate)
     }
 
     /// Computes the missing cross products with these columns of the base.
@@ -381,7 +400,7 @@ impl<'a> Bench<'a> {
                 continue;
             }
             for few in together.chunks_mut(TOGETHER) {
-                let columns: Vec<&[f32]> = few.iter().flat_map(|c| &c.columns).map(Vec::as_slice).collect();
+                let columns: Vec<&[f32]> = few.iter().flat_map(|c| c.columns.iter()).map(Vec::as_slice).collect();
                 let all = products(&columns, &others);
                 let mut of_each = all.chunks(missing.len());
                 for candidate in few {
@@ -469,7 +488,13 @@ impl<'a> Bench<'a> {
     /// The sum of the columns of an unnamed curve is bounded by the mismatch; otherwise two such curves that cancel
     /// where they were fitted would be far off elsewhere.
     pub(crate) fn take(&mut self, candidate: Candidate) -> Member {
-        let base = self.push(candidate.columns.clone());
+        if let Some((_, base)) = self.taken.iter().find(|(source, _)| source.is_same(&candidate.source)) {
+            return Member { base: base.clone(), candidate };
+        }
+        let base = self.push(candidate.columns.to_vec());
+        if matches!(candidate.source, Source::Mechanism { .. }) {
+            self.taken.push((candidate.source.clone(), base.clone()));
+        }
         if matches!(candidate.source, Source::Story { .. }) {
             let missing = self.fit(&self.law()).rss / base.len() as f64;
             let precision = |column: &usize| (*column, self.products.get(*column, *column) / missing);

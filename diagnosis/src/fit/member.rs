@@ -1,5 +1,7 @@
 //! Candidates: what may explain a mismatch, as columns on the bench; members: those taken up.
 
+use std::sync::Arc;
+
 use crate::fit::least_squares::Fit;
 use crate::fit::source::Source;
 use crate::numbers::linear::Symmetric;
@@ -8,7 +10,7 @@ use crate::numbers::linear::Symmetric;
 #[derive(Clone, Debug)]
 pub(crate) struct Candidate {
     pub(crate) source: Source,
-    pub(crate) columns: Vec<Vec<f32>>,
+    pub(crate) columns: Arc<Vec<Vec<f32>>>,
     pub(super) bounds: Vec<(f64, f64)>,
     pub(super) own: Symmetric,
     pub(super) cross: Vec<Option<Vec<f64>>>,

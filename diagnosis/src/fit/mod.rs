@@ -8,7 +8,7 @@
 //! bench          the mismatch and all that may explain it, whitened; every fit is algebra on inner products
 //! member         candidates and members; told: lengths and loads that the runs can show
 //! least_squares  a fit, and the amplitudes of a further cause beside it; rest: power of residuals
-//! pool           all candidates; refine: their shapes; spectrum: wavelengths
+//! pool           all candidates; refine: their shapes; made: those made before; spectrum: wavelengths
 //! ```
 
 pub(crate) mod bench;
@@ -16,6 +16,7 @@ mod bend;
 pub(crate) mod edges;
 pub(crate) mod ends;
 pub(crate) mod least_squares;
+mod made;
 pub(crate) mod member;
 pub(crate) mod pool;
 pub(crate) mod refine;

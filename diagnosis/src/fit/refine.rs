@@ -34,8 +34,8 @@ pub(crate) fn refine(bench: &Bench<'_>, candidate: &Candidate, fit: &Fit) -> (Ca
                     continue;
                 }
                 shape[k] = parameter.at(moved);
-                let Some(mut other) = bench.candidate(Source::Mechanism { definition, form, shape }) else { continue };
-                bench.prepare(&mut other, &fit.active);
+                let source = Source::Mechanism { definition, form, shape };
+                let Some(other) = bench.prepared(source, &fit.active) else { continue };
                 let other_gain = bench.gain(&other, fit);
                 if other_gain.score > gain.score {
                     (best, gain) = (other, other_gain);

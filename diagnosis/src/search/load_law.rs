@@ -52,7 +52,7 @@ pub(crate) fn refuses(
     (candidate, gain): (&Candidate, &Gain),
 ) -> bool {
     let base = fit.active.iter().map(|column| &bench.base[*column]);
-    let active: Vec<&[f32]> = base.chain(&candidate.columns).map(Vec::as_slice).collect();
+    let active: Vec<&[f32]> = base.chain(candidate.columns.iter()).map(Vec::as_slice).collect();
     has_law(&candidate.source) && {
         let mut rest = bench.rest(fit);
         remove(&mut rest, &active);

@@ -125,18 +125,17 @@ fn take_up(
     members: &mut Vec<Member>,
     floor: Floor,
 ) {
-    // bounded, since taking up and dropping may cycle
-    for _ in 0..2 * MOST {
-        if members.len() >= MOST {
-            return;
-        }
+    // every step explains more than the one before: taking up, exchanging and dropping would cycle
+    while members.len() < MOST {
+        let (before, least) = (members.clone(), worth(bench, members));
         let fit = bench.fit_members(members);
-        let short = short_list(bench, pool, &fit, tolerances, members);
+        let short = short_list(bench, pool, &fit, tolerances, members, None);
         let chosen = short
             .into_iter()
             .find(|(candidate, gain)| gain.score > 0.0 && holds(bench, pool, candidate, gain, members, floor))
             .or_else(|| spoken_for(bench, pool, &fit, tolerances, members));
         let Some(chosen) = chosen else { return };
+        let is_spoken_for = bench.is_spoken_for(&chosen.0.source);
         if let Some((at, richer)) = best_upgrade(bench, pool, members, chosen.1.score) {
             members[at] = bench.take(richer);
         } else {
@@ -144,6 +143,10 @@ fn take_up(
         }
         exchange(bench, pool, tolerances, members);
         drop_idle(bench, members);
+        if worth(bench, members) <= least && !is_spoken_for {
+            *members = before;
+            return;
+        }
     }
 }
 
@@ -237,12 +240,14 @@ fn omnibus(bench: &Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>) -> f
     p.max((-ln_e).exp()).min(1.0)
 }
 
+/// The causes that explain most beside the members, refined, the best first; none of the kind of `other_than`.
 fn short_list(
     bench: &Bench<'_>,
     pool: &mut Pool,
     fit: &Fit,
     tolerances: &Tolerances<'_>,
     members: &[Member],
+    other_than: Option<&Source>,
 ) -> Vec<(Candidate, Gain)> {
     let mut order = pool.ranked_causes(bench, fit, tolerances);
     order.retain(|(index, _)| !is_of_one(members, &pool.causes[*index].source, tolerances, pool.span_m));
@@ -256,7 +261,8 @@ fn short_list(
         })
         // the law's own parameters do not count: they are few, and everything that grows with the drag imitates them
         .filter(|(physics, index, _)| *physics <= SHORT_LIST || pool.causes[*index].source.is_shift())
-        .map(|(_, index, _)| &pool.causes[index]);
+        .map(|(_, index, _)| &pool.causes[index])
+        .filter(|cause| other_than.is_none_or(|other| !cause.source.is_kin(other)));
     let mut list = refine_all(bench, short, fit);
     list.sort_by(|a, b| b.1.score.total_cmp(&a.1.score));
     // among ties the simplest leads
@@ -324,9 +330,9 @@ fn exchange(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>,
     for at in 0..members.len() {
         let Beside { others, fit, own, .. } = bench.beside(members, at);
         let (own, now) = refine(bench, &own, &fit);
-        let better = short_list(bench, pool, &fit, tolerances, &others)
+        let better = short_list(bench, pool, &fit, tolerances, &others, Some(&own.source))
             .into_iter()
-            .find(|(candidate, gain)| gain.score > now.score + BETTER && !candidate.source.is_kin(&own.source));
+            .find(|(_, gain)| gain.score > now.score + BETTER);
         members[at] = bench.take(better.map_or(own, |(candidate, _)| candidate));
     }
 }

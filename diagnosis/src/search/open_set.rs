@@ -183,7 +183,7 @@ pub(crate) fn rest_without_orders(bench: &Bench<'_>, fit: &Fit, members: &[Membe
         })
     });
     let candidates = bench.candidates(orders);
-    let columns: Vec<&[f32]> = candidates.iter().flat_map(|of| &of.columns).map(Vec::as_slice).collect();
+    let columns: Vec<&[f32]> = candidates.iter().flat_map(|of| of.columns.iter()).map(Vec::as_slice).collect();
     if !columns.is_empty() {
         remove(&mut rest, &columns);
     }
