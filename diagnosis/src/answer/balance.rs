@@ -27,6 +27,10 @@ const UNSTEADY: f64 = 1e-12;
 /// Least share of the mismatch that an unsteady residual must have.
 const UNSTEADY_SHARE: f64 = 0.15;
 
+/// Least part of the noise's mean square that is worth a name where nothing follows it: of records of what has none (trial 34,
+/// opened) the least was 0.06, and a hundredth is what the rows of a start leave.
+const UNSTEADY_OF_NOISE: f64 = 0.02;
+
 /// Mean square of what comes and goes, as a multiple of that of spots, above which the spots are a part of it: its peaks,
 /// not dirt. In two recordings of a cage that jams it was 15 and 37 times; in nine of dirt (trials 31 and 32, opened, and a
 /// development set) what was unsteady by [`UNSTEADY`] was at most a quarter.
@@ -105,7 +109,11 @@ impl Balance {
         // the speed that replaces a discarded one leaves some of its noise
         let discarded_n2 = speed.map_or(0.0, |speed| speed.power_n2);
         let is_relevant = |power: f64| power.sqrt() > found.irrelevant_n && power > LEAST_SHARE * discarded_n2;
-        let is_unsteady = is_smooth && p_steady < UNSTEADY && is_relevant(coherent) && is_worth_it(coherent);
+        let is_unsteady = is_smooth
+            && p_steady < UNSTEADY
+            && coherent > UNSTEADY_OF_NOISE * noise
+            && is_relevant(coherent)
+            && is_worth_it(coherent);
         // beside a named cause, the remainder of its form may stand out
         let is_bare = is_smooth && found.members.is_empty() && play.is_none();
         let bursts = if is_bare { bursts(side, &proof.own.calibrated) } else { None };
