@@ -25,7 +25,7 @@ const RIDGE: f64 = 1e-6;
 
 /// Weight, in rows, with which a knot is held at 0: curves along axes that go together (two loads, say) may otherwise cancel
 /// by hundreds of newtons in the averages, and not in the rows between.
-const HELD: f64 = 0.1;
+const HELD: f64 = 0.01;
 
 /// Share of the other curves' squared residual that the curve over the time since a turn must explain to take part.
 const MOST: f64 = 0.5;

@@ -4,10 +4,9 @@
 //! pull as well; only a pull that changes along the rail speaks for a chain:
 //!
 //! ```text
-//! it hardly changes along the rail                              a seal and an offset, no chain
-//! mean pull / half of its change over the stroke          ~ 0   a chain that hangs evenly about its middle
-//!                                                         ~ 1   one that pulls at one end only
-//!                                                        else   a chain, and an offset or a tilt beside it
+//! it hardly changes along the rail                          a seal and an offset, no chain
+//! mean pull / half of its change over the stroke  <= 3      a chain: its pull is nothing within a stroke of the ends
+//!                                                 > 3       a chain, and an offset or a tilt beside it
 //! ```
 
 use simulation::mechanism::{Id, definition};
@@ -21,11 +20,11 @@ use crate::fit::spectrum::span;
 use crate::search::holds::FURTHER;
 use crate::search::{drop_idle, without};
 
-/// Tolerance of the ratio of mean pull to half its change around 0 and 1: the stroke passed over need not be all of the
-/// chain's.
-const UNEVEN: f64 = 0.25;
+/// Largest ratio of mean pull to half its change over the stroke that is the chain's own: where it pulls with nothing lies
+/// within one stroke of the stroke's ends then.
+const OWN: f64 = 3.0;
 
-/// Standard errors by which the mean pull must lie beyond that tolerance.
+/// Standard errors by which the mean pull must lie beyond that.
 const SURE: f64 = 3.0;
 
 /// Reassigns the constant parts of a cable chain's force to seal and offset. Returns whether more is to be searched
@@ -110,8 +109,7 @@ fn beyond_its_own(pull: [f64; 3], from: f64, to: f64) -> (f64, f64) {
     let half = 0.5 * (most - least);
     // Simpson's rule, exact for a parabola
     let mean = (at(from) + 4.0 * at(0.5 * (from + to)) + at(to)) / 6.0;
-    let beyond = [0.0, half].map(|own| (mean.abs() - own).abs() - UNEVEN * half);
-    (mean, beyond[0].min(beyond[1]))
+    (mean, mean.abs() - OWN * half)
 }
 
 #[cfg(test)]
@@ -123,15 +121,16 @@ mod tests {
     }
 
     #[test]
-    fn a_mean_pull_is_a_chains_own_where_it_hangs_evenly_or_pulls_at_one_end() {
+    fn a_mean_pull_is_a_chains_own_where_it_hangs_straight_within_a_stroke_of_the_ends() {
         // about the middle of 0.1 to 1.1 m, from one end, straight and curved
         assert!(own([-1.8, 3.0, 0.0], 0.1, 1.1));
         assert!(own([-2.0, 3.0, 0.3], 0.1, 1.1));
         assert!(own([-0.3, 3.0, 0.0], 0.1, 1.1));
         assert!(own([3.3, -3.0, 0.0], 0.1, 1.1));
-        // with half as much again, and with far more than its change
-        assert!(!own([-1.0, 3.0, 0.0], 0.1, 1.1));
-        assert!(!own([-2.6, 3.0, 0.0], 0.1, 1.1));
+        // over part of its way: it hangs straight half a stroke before the first end
+        assert!(own([1.2, 3.0, 0.0], 0.1, 1.1));
+        // two strokes before it, and with far more than its change
+        assert!(!own([5.7, 3.0, 0.0], 0.1, 1.1));
         assert!(!own([5.0, 0.2, 0.0], 0.1, 1.1));
     }
 }
