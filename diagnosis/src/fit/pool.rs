@@ -9,7 +9,7 @@ use crate::fit::bench::Bench;
 use crate::fit::least_squares::Fit;
 use crate::fit::member::{Candidate, Gain};
 use crate::fit::refine::refine;
-use crate::fit::source::{LATE, Source, is_balanced};
+use crate::fit::source::{LATE, Source};
 use crate::fit::spectrum::{Left, Waves, is_wave, span, tried};
 use crate::nominal::Nominal;
 
@@ -218,12 +218,7 @@ impl Pool {
     fn add_richer(&mut self, bench: &Bench<'_>, definition: &'static Definition, known: &dyn Fn(&str) -> Option<f64>) {
         for (form, what) in definition.forms.iter().enumerate().skip(1) {
             let is_of_stroke = what.shape.iter().any(|parameter| parameter.search == Search::StrokeStart);
-            if what.shape.is_empty()
-                || has_only_a_place(what)
-                || is_wave(what)
-                || is_balanced(what)
-                || (bench.is_relative && is_of_stroke)
-            {
+            if what.shape.is_empty() || has_only_a_place(what) || is_wave(what) || (bench.is_relative && is_of_stroke) {
                 continue;
             }
             let shapes = grid_around(what, MOST_POINTS_OF_RICHER, span(bench), known);

@@ -1,7 +1,7 @@
 //! Sources of columns: a form of a mechanism at values of its shape, a parameter of the law, or an unnamed curve.
 
 use simulation::curve::{AddedCurve, Axis, Curve};
-use simulation::mechanism::{Added, Context, Definition, Form, Id, Sign};
+use simulation::mechanism::{Added, Context, Definition, Id, Sign};
 
 use crate::fit::story;
 
@@ -50,12 +50,6 @@ impl Source {
     /// Whether it is a form of one of these mechanisms.
     pub(crate) fn is_any(&self, ids: &[Id]) -> bool {
         ids.iter().any(|id| self.is(*id))
-    }
-
-    /// Whether it is a cable chain whose mean pull was given to another cause: any of its other forms would take that
-    /// back.
-    pub(crate) fn is_balanced(&self) -> bool {
-        matches!(self, Source::Mechanism { definition, form, .. } if is_balanced(&definition.forms[*form]))
     }
 
     pub(crate) fn is_story(&self) -> bool {
@@ -146,12 +140,6 @@ impl Source {
             _ => vec![(f64::NEG_INFINITY, f64::INFINITY); amplitudes],
         }
     }
-}
-
-/// Whether a form is a cable chain without mean pull over the stroke. It replaces a chain with one, together with an
-/// offset, and is not searched for on its own: beside an offset it would seem the simpler chain.
-pub(crate) fn is_balanced(form: &Form) -> bool {
-    matches!(form.name, "balanced" | "balanced-rolling")
 }
 
 /// Columns of a mechanism or a curve over the rows of these runs, concatenated.

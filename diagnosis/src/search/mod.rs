@@ -8,7 +8,7 @@
 //! ```text
 //! passes       the search, repeated around where it has led; case: its data
 //! (here)       one search; leavings: what the forms of its causes may leave
-//! chain        which parts of a cable chain's force belong to another cause
+//! chain        whether what looks like a cable chain is a seal and an offset
 //! together     exchanges of a cause while the shapes of the others are free
 //! opening      do both locks open? holds: may a cause be named beside the others?
 //! small        causes that carry next to nothing of what is explained
@@ -96,7 +96,7 @@ pub(crate) fn search(
         polish(bench, &mut members);
         let is_other = together::exchange(bench, pool, tolerances, &mut members);
         let is_simpler = simplify(bench, pool, tolerances, &mut members);
-        if !(chain::set_apart(bench, &mut members) || is_simpler || is_other) {
+        if !(chain::straighten(bench, &mut members) || is_simpler || is_other) {
             break;
         }
     }
@@ -106,7 +106,7 @@ pub(crate) fn search(
         formerly.push(bench.take(candidate));
     }
     polish(bench, &mut formerly);
-    let _ = chain::set_apart(bench, &mut formerly);
+    let _ = chain::straighten(bench, &mut formerly);
     let least = worth(bench, &members) + BETTER;
     if worth(bench, &formerly) > least {
         prune(bench, pool, &mut formerly, floor);
@@ -127,7 +127,7 @@ fn take_up(
 ) {
     // every step explains more than the one before: taking up, exchanging and dropping would cycle
     while members.len() < MOST {
-        let (before, least) = (members.clone(), worth(bench, members));
+        let (before, least) = (members.clone(), likelihood(bench, members));
         let fit = bench.fit_members(members);
         let short = short_list(bench, pool, &fit, tolerances, members, None);
         let chosen = short
@@ -143,7 +143,7 @@ fn take_up(
         }
         exchange(bench, pool, tolerances, members);
         drop_idle(bench, members);
-        if worth(bench, members) <= least && !is_spoken_for {
+        if likelihood(bench, members) <= least && !is_spoken_for {
             *members = before;
             return;
         }
@@ -152,9 +152,21 @@ fn take_up(
 
 /// Evidence of the members together, less what their freedom costs, nats.
 fn worth(bench: &Bench<'_>, members: &[Member]) -> f64 {
+    let (nats, freedom) = explained(bench, members);
+    nats - freedom * bench.price(nats)
+}
+
+/// The same, less only what chance gives to their freedom: a cause may be small beside the others.
+fn likelihood(bench: &Bench<'_>, members: &[Member]) -> f64 {
+    let (nats, freedom) = explained(bench, members);
+    nats - freedom * bench.price(0.0)
+}
+
+/// Evidence of the members together, nats, and their number of parameters.
+fn explained(bench: &Bench<'_>, members: &[Member]) -> (f64, f64) {
     let nats = 0.5 * (bench.fit(&bench.law()).rss - bench.fit_members(members).rss);
     let freedom: usize = members.iter().map(|member| member.candidate.freedom()).sum();
-    nats - freedom as f64 * bench.price(nats)
+    (nats, freedom as f64)
 }
 
 /// The best cause that starts and stops speak for, unless one is already among the members.
@@ -304,9 +316,7 @@ fn best_upgrade(bench: &Bench<'_>, pool: &mut Pool, members: &[Member], rival: f
     let mut best: Option<(f64, usize, Candidate)> = None;
     for (at, member) in members.iter().enumerate() {
         let Source::Mechanism { definition, form, .. } = &member.candidate.source else { continue };
-        if definition.forms.len() < 2 && definition.forms[*form].shape.is_empty()
-            || member.candidate.source.is_balanced()
-        {
+        if definition.forms.len() < 2 && definition.forms[*form].shape.is_empty() {
             continue;
         }
         let Beside { fit, own, gain, .. } = bench.beside(members, at);
@@ -344,9 +354,6 @@ fn simplify(bench: &mut Bench<'_>, pool: &mut Pool, tolerances: &Tolerances<'_>,
     let law = bench.fit(&bench.law());
     let all = 0.5 * (law.rss - bench.fit_members(members).rss);
     for at in 0..members.len() {
-        if members[at].candidate.source.is_balanced() {
-            continue;
-        }
         let Beside { others, fit, own, gain } = bench.beside(members, at);
         let own_nats = gain.nats;
         // a table of 48 entries follows anything: what it follows better than a cause with a shape is no evidence

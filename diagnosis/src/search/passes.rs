@@ -284,7 +284,7 @@ impl Matters {
 fn shorten(bench: &mut Bench<'_>, pool: &mut Pool, members: &mut [Member]) {
     for at in 0..members.len() {
         let Beside { fit, own, gain, .. } = bench.beside(members, at);
-        if !adequacy::is_long_and_at_its_end(&own.source) || own.source.is_balanced() {
+        if !adequacy::is_long_and_at_its_end(&own.source) {
             continue;
         }
         let minimal = pool.minimal(bench, &own.source, &fit).map(|(minimal, gain)| (minimal.clone(), gain.nats));

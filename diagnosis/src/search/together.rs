@@ -130,7 +130,8 @@ fn is_another(cause: &Candidate, members: &[Member], pool: &Pool, tolerances: &T
 fn settle(bench: &mut Bench<'_>, pool: &mut Pool, members: &mut [Member]) {
     for _ in 0..ROUNDS {
         for at in 0..members.len() {
-            if is_fixed(&members[at]) {
+            // a table follows anything, whatever stands beside it
+            if members[at].candidate.source.is_table() {
                 continue;
             }
             let Beside { fit, own, .. } = bench.beside(members, at);
@@ -140,11 +141,6 @@ fn settle(bench: &mut Bench<'_>, pool: &mut Pool, members: &mut [Member]) {
             }
         }
     }
-}
-
-/// Whether a member has no other form or shape to adapt: a table follows anything, whatever stands beside it.
-fn is_fixed(member: &Member) -> bool {
-    member.candidate.source.is_balanced() || member.candidate.source.is_table()
 }
 
 #[cfg(test)]

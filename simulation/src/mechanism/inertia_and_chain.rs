@@ -1,6 +1,5 @@
 //! Forces that do not come from the guide: mass, chains.
 
-use super::context::Context;
 use super::definition::{Definition, Form, Kind};
 use super::id::Id;
 use super::presliding::held_state;
@@ -111,41 +110,6 @@ pub(super) const CABLE_CHAIN: Definition = Definition {
                        a link that bends the other way takes some travel",
         },
         Form {
-            name: "balanced",
-            shape: &STROKE,
-            amplitudes: &[
-                amplitude("drag_n", "N", Positive, 5.0),
-                amplitude("force_per_m_n_m", "N/m", Free, 10.0),
-                amplitude("force_per_m2_n_m2", "N/m2", Free, 10.0),
-            ],
-            columns: |context, shape| {
-                let [from, to] = *shape else { return None };
-                let [u, curved] = about_the_middle(context, from, to)?;
-                shown(vec![context.against_motion(|_| 1.0), u, curved])
-            },
-            phase_bound: true,
-            equation: "F = drag·sign(V) + force_per_m·u + force_per_m2·(u² - (to - from)²/12), u = x - (from + to)/2: what it \
-                       pulls is nothing on the average of the stroke",
-        },
-        Form {
-            name: "balanced-rolling",
-            shape: &[ratio("length_m", "m", 5e-3, 0.06, 5), STROKE[0], STROKE[1]],
-            amplitudes: &[
-                amplitude("drag_n", "N", Positive, 5.0),
-                amplitude("bending_n", "N", Positive, 1.0),
-                amplitude("force_per_m_n_m", "N/m", Free, 10.0),
-                amplitude("force_per_m2_n_m2", "N/m2", Free, 10.0),
-            ],
-            columns: |context, shape| {
-                let [length, from, to] = *shape else { return None };
-                let [u, curved] = about_the_middle(context, from, to)?;
-                let bent = held_state(context, &|z, step| 1.0 - (1.0 - z) * libm::exp(-step / length));
-                shown(vec![context.against_motion(|_| 1.0), bent, u, curved])
-            },
-            phase_bound: true,
-            equation: "as balanced, with bending·z as in rolling",
-        },
-        Form {
             name: "profile",
             shape: &STROKE,
             amplitudes: &entries::<COARSE>("N", 5.0),
@@ -162,12 +126,3 @@ pub(super) const CABLE_CHAIN: Definition = Definition {
     next_experiment: "disconnect-chain",
     simplicity: 4,
 };
-
-/// Distance from the middle of a stroke, and its square less the square's mean over the stroke; `None` without a
-/// position.
-fn about_the_middle(context: &Context<'_>, from: f64, to: f64) -> Option<[Vec<f64>; 2]> {
-    let (middle, mean_square) = (0.5 * (from + to), (to - from) * (to - from) / 12.0);
-    let u = context.rows(|n| context.motion.position_m[n] - middle);
-    let curved = u.iter().map(|u| u * u - mean_square).collect();
-    context.motion.has_position.then_some([u, curved])
-}
