@@ -134,6 +134,13 @@ fn heat_is_heard_beside_a_ripple_of_many_times_its_evidence() {
 }
 
 #[test]
+fn the_lever_of_a_portal_is_none_too_long() {
+    let course = strokes(&[0.01, 0.03, 0.1, 0.3], 0.3, 0.2, 3000.0);
+    let tilted = added(Id::MomentLoad, 0, &[], &[0.6]);
+    assert_eq!(sets(&diagnosis(&[recorded(course, &[tilted], nothing, 6)]))[0][0], "moment-load");
+}
+
+#[test]
 fn a_seal_beside_an_offset_is_no_cable_chain() {
     let course = strokes(&[0.01, 0.03, 0.1, 0.3], 0.3, 0.2, 3000.0);
     let seal = added(Id::SealDrag, 0, &[], &[1.0]);

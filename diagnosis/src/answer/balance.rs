@@ -76,7 +76,8 @@ impl Balance {
                     .any(|(m, doubt)| doubt.is_none() && m.candidate.source.is(id))
         };
         let (before, after) = (power(rows, &proof.own.calibrated), power(rows, &proof.own.after));
-        let noise = found.noise_n * found.noise_n;
+        // curves that cancel in the averages they are fitted to, and not in the rows between, leave more than there is
+        let noise = (found.noise_n * found.noise_n).min(after);
         let rounding = found.coarse_step_n.filter(|_| !is_known(Id::ForceQuantisation));
         let rounding = rounding.map(|step_n| rounding_n2(step_n, noise, after));
         let steady = rounding.map_or(0.0, |(_, steady)| steady);

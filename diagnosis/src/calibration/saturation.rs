@@ -23,10 +23,6 @@ const AVERAGED: usize = 4;
 /// curves.
 const RIDGE: f64 = 1e-6;
 
-/// Weight, in rows, with which a knot is held at 0: curves along axes that go together (two loads, say) may otherwise cancel
-/// by hundreds of newtons in the averages, and not in the rows between.
-const HELD: f64 = 0.01;
-
 /// Share of the other curves' squared residual that the curve over the time since a turn must explain to take part.
 const MOST: f64 = 0.5;
 
@@ -117,8 +113,7 @@ impl Saturation {
         fill(&mut a, &columns, self.columns.len());
         for i in 0..columns.len() {
             let ridge = RIDGE * a.get(i, i);
-            let held = if i < self.columns.len() { HELD } else { 0.0 };
-            a.add(i, i, ridge + held);
+            a.add(i, i, ridge);
         }
         let plain = self.averaged(rows, mismatch);
         let b = products(&columns, &[&plain]);

@@ -58,3 +58,42 @@ fn key(source: &Source) -> Option<Key> {
     let Source::Mechanism { definition, form, shape } = source else { return None };
     Some((definition.id, *form, shape.iter().map(|value| value.to_bits()).collect()))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use simulation::mechanism::definition;
+
+    use super::*;
+    use crate::numbers::linear::Symmetric;
+
+    /// A candidate at one value of its shape; its columns are shared.
+    fn at(value: f64, columns: &Arc<Vec<Vec<f32>>>) -> Candidate {
+        let source = Source::Mechanism { definition: definition(Id::RunIn), form: 0, shape: vec![value] };
+        Candidate {
+            source,
+            columns: Arc::clone(columns),
+            bounds: vec![(0.0, 1.0)],
+            own: Symmetric::zeros(1),
+            cross: vec![Some(vec![value])],
+        }
+    }
+
+    #[test]
+    fn a_candidate_is_found_again_at_its_own_shape_as_long_as_there_is_room() {
+        let columns = Arc::new(vec![vec![1.0; MOST_OF_ONE]]);
+        let made = Made::default();
+        for value in [1.0, 2.0] {
+            made.keep(&at(value, &columns));
+        }
+        let known = made.get(&at(2.0, &columns).source).expect("it was kept");
+        assert_eq!(known.cross, [Some(vec![2.0])]);
+        assert!(made.get(&at(3.0, &columns).source).is_none());
+        made.keep(&at(3.0, &Arc::new(vec![vec![1.0; MOST_OF_ONE + 1]])));
+        assert!(made.get(&at(3.0, &columns).source).is_none(), "too large");
+        // all room is taken by 64 of the largest size: one more drops all before it
+        (4..=66).for_each(|value| made.keep(&at(f64::from(value), &columns)));
+        assert!(made.get(&at(2.0, &columns).source).is_none());
+    }
+}
