@@ -36,7 +36,7 @@ impl Made {
         self.kept().candidates.get(&key(source)?).cloned()
     }
 
-    /// Keeps a mechanism's candidate, unless it is too large. Where there is no more room, those before it go.
+    /// Keeps a mechanism's candidate, unless it is too large. Where there is no more room, all go.
     pub(crate) fn keep(&self, candidate: &Candidate) {
         let values: usize = candidate.columns.iter().map(Vec::len).sum();
         let Some(key) = key(&candidate.source).filter(|_| values <= MOST_OF_ONE) else { return };
@@ -92,7 +92,7 @@ mod tests {
         assert!(made.get(&at(3.0, &columns).source).is_none());
         made.keep(&at(3.0, &Arc::new(vec![vec![1.0; MOST_OF_ONE + 1]])));
         assert!(made.get(&at(3.0, &columns).source).is_none(), "too large");
-        // all room is taken by 64 of the largest size: one more drops all before it
+        // all room is taken by 64 of the largest size: one more drops all
         (4..=66).for_each(|value| made.keep(&at(f64::from(value), &columns)));
         assert!(made.get(&at(2.0, &columns).source).is_none());
     }

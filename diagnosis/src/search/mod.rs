@@ -125,8 +125,12 @@ fn take_up(
     members: &mut Vec<Member>,
     floor: Floor,
 ) {
-    // every step explains more than the one before: taking up, exchanging and dropping would cycle
-    while members.len() < MOST {
+    // a step that explains less than the one before ends it, since taking up, exchanging and dropping may cycle; bounded,
+    // since what starts and stops speak for is taken up nevertheless
+    for _ in 0..2 * MOST {
+        if members.len() >= MOST {
+            return;
+        }
         let (before, least) = (members.clone(), likelihood(bench, members));
         let fit = bench.fit_members(members);
         let short = short_list(bench, pool, &fit, tolerances, members, None);
