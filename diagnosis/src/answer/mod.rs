@@ -36,11 +36,10 @@ use crate::answer::member::Named;
 use crate::answer::region::region;
 use crate::answer::scores::Proof;
 use crate::answer::shown::Shown;
-use crate::answer::unsure::UNSTEADY;
 use crate::experiment;
 use crate::fit::member::Member;
 use crate::fit::rest::shares;
-use crate::fit::source::{added, added_curves};
+use crate::fit::source::{UNEVEN_BY_NATURE, added, added_curves};
 use crate::nominal::Nominal;
 use crate::recording::side::Side;
 use crate::report::{DataQuality, Diagnosis, Finding, NextExperiment, Region, SCHEMA, Unexplained, Verdict};
@@ -205,7 +204,7 @@ fn doubt_beside_unknown(findings: &mut [(Finding, Option<Region>)], balance: &Ba
 /// Retracts the only name where most of the mismatch is unexplained and less than half of its own force is present on
 /// the held-out rows: it follows a part of something else.
 fn doubt_absent(only: &mut Finding, unexplained: f64) {
-    let is_steady_name = only.kind != "unknown" && !UNSTEADY.iter().any(|id| only.id == id.name());
+    let is_steady_name = only.kind != "unknown" && !UNEVEN_BY_NATURE.iter().any(|id| only.id == id.name());
     if is_steady_name && only.carried_over == Some(false) && unexplained > MOSTLY_UNKNOWN {
         take_for_unknown(only, "follows a part of it, which is not there on the rows that were set aside,");
     }
@@ -353,7 +352,7 @@ mod tests {
         doubt_absent(&mut curve, 0.8);
         assert_eq!(curve.statement, finding::far_off(0.2).statement);
         // causes that differ from row to row
-        for id in UNSTEADY {
+        for id in UNEVEN_BY_NATURE {
             assert_eq!(alone(id, Some(false), 0.8).id, id.name());
         }
     }

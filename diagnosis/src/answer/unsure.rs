@@ -1,11 +1,10 @@
 //! Causes taken back where neither the search nor the rows that were set aside are sure of them.
 
-use simulation::mechanism::Id;
-
 use crate::answer::aside::Aside;
 use crate::answer::carried::is_there;
 use crate::answer::scores::Proof;
 use crate::fit::rest::shares;
+use crate::fit::source::UNEVEN_BY_NATURE;
 use crate::report::Carried;
 use crate::search::found::Found;
 use crate::search::small::imitated;
@@ -19,18 +18,15 @@ const UNSURE: f64 = 1e-3;
 /// share half.
 const SMALL_BESIDE: f64 = 0.05;
 
-/// Causes that may differ on other rows.
-pub(crate) const UNSTEADY: [Id; 2] = [Id::StructuralResonance, Id::ForceQuantisation];
-
 /// Whether everything found is to be taken back: it is unsure, makes the rows that were set aside worse, and no channel
 /// shows anything beside it. The rows set aside only take back; they choose nothing.
 pub(crate) fn is_unsure(found: &Found<'_>, aside: &Aside<'_>, proof: &Proof) -> bool {
-    let is_unsteady = |id: &Id| found.members.iter().any(|member| member.candidate.source.is(*id));
+    let is_unsteady = found.members.iter().any(|member| member.candidate.source.is_any(&UNEVEN_BY_NATURE));
     let is_bare = aside.spots.is_none() && aside.speed.is_none() && aside.heard.is_none() && aside.play.is_none();
     !found.members.is_empty()
         && !found.is_shift_only()
         && is_bare
-        && !UNSTEADY.iter().any(is_unsteady)
+        && !is_unsteady
         && is_refuted(found.p_no_mismatch, proof.holdout.rmse_calibrated_n, proof.holdout.rmse_after_n)
 }
 
@@ -55,7 +51,7 @@ pub(crate) fn refuted(found: &Found<'_>, proof: &Proof) -> Vec<(usize, f64)> {
     let is_refuted = |at: &usize| {
         let source = &members[*at].candidate.source;
         let carried = proof.carried.get(*at).and_then(Option::as_ref);
-        !source.is_shift() && !source.is_any(&UNSTEADY) && is_small_and_absent(shares[*at], carried)
+        !source.is_shift() && !source.is_any(&UNEVEN_BY_NATURE) && is_small_and_absent(shares[*at], carried)
     };
     (0..members.len()).filter(is_refuted).map(|at| (at, shares[at])).collect()
 }

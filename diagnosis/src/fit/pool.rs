@@ -26,11 +26,6 @@ pub(crate) struct Tolerances<'a> {
     pub(crate) moved: &'a [f64],
 }
 
-/// Causes whose forms are all in the pool from the start, because the minimal form may show nothing where another shows
-/// everything: a force late by several rows is not slope times delay, and the effect of a filter on a start depends on
-/// what the drive did at rest.
-const FROM_THE_START: [Id; 2] = LATE;
-
 /// All candidates, whitened.
 pub(crate) struct Pool {
     pub(crate) causes: Vec<Candidate>,
@@ -83,9 +78,10 @@ impl Pool {
         let kinds = waves.len() + causes.chunk_by(|a, b| a.source.is_kin(&b.source)).count() + shiftable;
         causes.extend(shifts(bench, tolerances));
         let stories = bench.candidates(curves.map(|curve| Source::Story { curve: curve.clone() }));
-        let mut pool =
-            Pool { causes, stories, kinds, waves, span_m, spectra: Vec::new(), whole: FROM_THE_START.to_vec() };
-        for definition in library().iter().filter(|definition| FROM_THE_START.contains(&definition.id)) {
+        let mut pool = Pool { causes, stories, kinds, waves, span_m, spectra: Vec::new(), whole: LATE.to_vec() };
+        // their minimal form may show nothing where another shows everything: a force late by several rows is not slope
+        // times delay, and the effect of a filter on a start depends on what the drive did at rest
+        for definition in library().iter().filter(|definition| LATE.contains(&definition.id)) {
             pool.add_richer(bench, definition, &|_| None);
         }
         pool

@@ -11,6 +11,10 @@ const TABLE: usize = 12;
 /// Causes that delay the whole channel: by a time, or by a filter.
 pub(crate) const LATE: [Id; 2] = [Id::TimeMisalignment, Id::ForceLowpass];
 
+/// Causes that act unevenly, and may differ on other rows: a resonance depends on what excites it, rounding on
+/// where the force lies between two steps.
+pub(crate) const UNEVEN_BY_NATURE: [Id; 2] = [Id::StructuralResonance, Id::ForceQuantisation];
+
 /// Where a set of columns comes from.
 #[derive(Clone, Debug)]
 pub(crate) enum Source {

@@ -22,7 +22,7 @@ use crate::fit::bench::Bench;
 use crate::fit::least_squares::Fit;
 use crate::fit::member::{Candidate, Gain, Member};
 use crate::fit::pool::{Pool, Tolerances, ranked};
-use crate::fit::source::Source;
+use crate::fit::source::{Source, UNEVEN_BY_NATURE};
 use crate::fit::spectrum::is_wave;
 use crate::noise::rows::Gram;
 use crate::numbers::linear::{products, remove};
@@ -225,9 +225,7 @@ fn doubt(
     if hardly_pulls(bench, fit, member) {
         return Some(Doubt::HardlyAlongTheStroke);
     }
-    // both are uneven by nature: a resonance depends on what excites it, rounding on where the force lies between two
-    // steps
-    if member.candidate.source.is_any(&[Id::StructuralResonance, Id::ForceQuantisation]) {
+    if member.candidate.source.is_any(&UNEVEN_BY_NATURE) {
         return None;
     }
     let force = own_force(bench, fit, member);
