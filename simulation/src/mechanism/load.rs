@@ -15,11 +15,19 @@ pub(super) const EXTERNAL_LOAD: Definition = Definition {
             name: "minimal",
             shape: &[],
             amplitudes: &[at_most("part", "", Positive, 1.0, 20.0)],
-            columns: |context, _| shown(vec![symmetric(context)?]),
+            columns: |context, _| shown(vec![symmetric(context, Coefficient::OfTheFilm)?]),
             phase_bound: false,
             equation: "F = part·F_law·(r+·m(r+) + r-·m(r-) - 2)/2, r+ = (1+t)^1.5, r- = (1-t)^1.5, r+ - r- = |W|/F_p, \
                        m(r) = μ(H(r·Q))/μ(H(Q)), of a column of force r^(k-1), k = dlnF_law/dlnF_p; without a preload \
                        F = part·sign(V)·|W|/1000",
+        },
+        Form {
+            name: "load-only",
+            shape: &[],
+            amplitudes: &[at_most("part", "", Positive, 1.0, 20.0)],
+            columns: |context, _| shown(vec![symmetric(context, Coefficient::Same)?]),
+            phase_bound: false,
+            equation: "F = part·F_law·(r+ + r- - 2)/2, r+ and r- as in minimal: the coefficient stays that of the law's load",
         },
         Form {
             name: "lopsided",
@@ -33,7 +41,7 @@ pub(super) const EXTERNAL_LOAD: Definition = Definition {
                     let p = preload.get(n).copied().unwrap_or(1000.0);
                     if p > 0.0 { force[n] * load[n] / p } else { 0.0 }
                 };
-                shown(vec![symmetric(context)?, context.rows(of)])
+                shown(vec![symmetric(context, Coefficient::OfTheFilm)?, context.rows(of)])
             },
             phase_bound: false,
             equation: "as minimal, and preload_per_load·W/F_p·dF_law/dlnF_p: the two halves are not alike",
@@ -52,13 +60,23 @@ pub(super) const EXTERNAL_LOAD: Definition = Definition {
 /// meaningless.
 const STEEPEST: f64 = 4.0;
 
+/// Friction coefficient of contacts whose load is no longer that of the law.
+#[derive(Clone, Copy)]
+enum Coefficient {
+    /// That of the law's load: friction grows with the sum of the loads, as E13 has it.
+    Same,
+    /// That of the film at their own load.
+    OfTheFilm,
+}
+
 /// Change of friction by two halves of the contacts at their own loads, relative to both at the law's load.
 ///
 /// ```text
-/// F_law·(r+·μ(H(r+·Q)) + r-·μ(H(r-·Q)) - 2μ(H))/2μ(H),   r± = (1 ± t)^1.5
-/// F_law·(r+^k + r-^k - 2)/2,   k = dlnF_law/dlnF_p              of laws without a friction coefficient
+/// F_law·(r+ + r- - 2)/2,   r± = (1 ± t)^1.5                     at the same coefficient
+/// F_law·(r+·μ(H(r+·Q)) + r-·μ(H(r-·Q)) - 2μ(H))/2μ(H)           at that of the film
+/// F_law·(r+^k + r-^k - 2)/2,   k = dlnF_law/dlnF_p              the same, of laws without a friction coefficient
 /// ```
-fn symmetric(context: &Context<'_>) -> Option<Vec<f64>> {
+fn symmetric(context: &Context<'_>, coefficient: Coefficient) -> Option<Vec<f64>> {
     let load = filled(context.run.external_load_n.as_ref())?;
     let preload = &context.steady.preload_n;
     if preload.is_empty() {
@@ -76,16 +94,19 @@ fn symmetric(context: &Context<'_>) -> Option<Vec<f64>> {
         if last.0 != ratio {
             last = (ratio, halves(ratio));
         }
-        let of_half = |load: f64| match &context.exact {
+        let of_half = |load: f64| match (coefficient, &context.exact) {
             _ if load <= 0.0 => 0.0,
-            Some(exact) => {
+            (Coefficient::Same, _) => load,
+            (Coefficient::OfTheFilm, Some(exact)) => {
                 // beyond its geometry a contact is given the film at its limit
                 let (own, most_n) = (context.steady.load_per_ball_n[n], exact.load_limit_n());
                 let film = |load_n: f64| exact.hersey(load_n.min(0.99 * most_n), 1.0, 1.0);
                 let (hersey, friction) = (context.steady.hersey[n], exact.friction());
                 load * friction.coefficient(hersey * film(load * own) / film(own)) / friction.coefficient(hersey)
             }
-            None => libm::pow(load, (context.by_preload_n[n] / (sign * drag[n])).clamp(0.0, STEEPEST)),
+            (Coefficient::OfTheFilm, None) => {
+                libm::pow(load, (context.by_preload_n[n] / (sign * drag[n])).clamp(0.0, STEEPEST))
+            }
         };
         *rise = sign * drag[n] * (0.5 * last.1.map(of_half).iter().sum::<f64>() - 1.0);
     }
