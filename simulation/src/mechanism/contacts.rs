@@ -231,6 +231,18 @@ pub(super) const STARVATION: Definition = Definition {
             equation: "F = growth·F_c·g + part·(F_law(ν·(1 - depth·g)) - F_law(ν)), g as minimal, F_c the law's friction in \
                        proportion to the load",
         },
+        Form {
+            name: "reflow",
+            shape: &[ratio("time_s", "s", 2.0, 200.0, 5), ratio("recovery_s", "s", 1.0, 300.0, 4)],
+            amplitudes: &[amplitude("growth", "", Positive, 0.1)],
+            columns: |context, shape| {
+                let (dry, drag) = (undersupply(context, *shape.first()?, *shape.get(1)?), &context.steady.drag_n);
+                shown(vec![context.against_motion(|n| drag[n] * dry[n])])
+            },
+            phase_bound: false,
+            equation: "F = growth·F_law·g; dg = (V/(V + 0.3 m/s) - g)·dt/time while moving, dg = -g·dt/recovery_s at rest: \
+                       oil flows back while it is used up, and the coefficient rises as a whole",
+        },
     ],
     axis: "travel",
     statement: "the contacts use up the oil in front of them: the film thins while the block runs and recovers in a rest, \
@@ -249,6 +261,27 @@ fn starved(context: &Context<'_>, length: f64, recovery: f64) -> Option<Columns>
     let dry = dryness(context, length, recovery);
     let (touching, by_oil) = (context.dry_n(), context.by_oil_n());
     shown(vec![context.rows(|n| touching[n] * dry[n]), context.rows(|n| -by_oil[n] * dry[n])])
+}
+
+/// Speed at which the contacts use up half of the oil that flows back to them, m/s: the lowest at which E10 has starvation
+/// set in.
+const HALF_SUPPLIED_M_S: f64 = 0.3;
+
+/// Part of the oil that is missing, row by row, where it flows back at all times; it takes so long to settle, s, while the
+/// block moves and at rest.
+fn undersupply(context: &Context<'_>, time: f64, recovery: f64) -> Vec<f64> {
+    let mut missing = 0.0;
+    (0..context.len())
+        .map(|n| {
+            let speed = context.speed_m_s(n);
+            let (settles, within) = match context.at_rest[n] {
+                true => (0.0, recovery),
+                false => (speed / (speed + HALF_SUPPLIED_M_S), time),
+            };
+            missing += (settles - missing) * -libm::expm1(-context.step_s(n) / within);
+            missing
+        })
+        .collect()
 }
 
 /// Depletion of the film, row by row: 0 fresh, 1 dry.
