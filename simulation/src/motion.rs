@@ -110,6 +110,11 @@ impl Motion {
         local(&run.time_s, position_m, &parts, self.reach, |[_, b, c]| (b, 2.0 * c)).into_iter().unzip()
     }
 
+    /// Acceleration of a velocity, derived in the same way as that of this motion from a recorded velocity.
+    pub(crate) fn derived_acceleration(&self, run: &Run, velocity_m_s: &[f64]) -> Vec<f64> {
+        slope(&run.time_s, velocity_m_s, &run.part_rows(), self.reach)
+    }
+
     /// Motion derived from the path alone, over this many rows to either side, whatever speed and acceleration were
     /// recorded.
     pub(crate) fn of_path(run: &Run, reach: usize) -> Self {

@@ -153,7 +153,7 @@ pub(super) const ENCODER_CYCLIC_ERROR: Definition = Definition {
             columns: |context, shape| misread(context, *shape.first()?, 1),
             phase_bound: true,
             equation: "F = F_law(x) - F_law(x + sine·sin(kx) + cosine·cos(kx)), k = 2π/period, speed and acceleration derived as \
-                       the simulation derives them",
+                       the simulation derives them; a recorded speed has the slope of the wave",
         },
         Form {
             name: "path-two-orders",
@@ -185,19 +185,32 @@ fn cyclic(context: &Context<'_>, period: f64) -> Option<Columns> {
     shown(context.waves(&context.by_speed_n()?, period, 1))
 }
 
-/// Change of the law's force by a micrometre of position error.
+/// Period beyond which a wave is endless, m: asked for is the size of its force alone, row by row.
+const ENDLESS_M: f64 = 1.0;
+
+/// Size of the inertial force that a wave along the path is mistaken for: it grows with the square of the speed.
+fn jolted(context: &Context<'_>) -> Option<Columns> {
+    if context.run.acceleration_m_s2.is_some() || context.moved_mass_kg <= 0.0 {
+        return None;
+    }
+    let size = context.rows(|n| context.moved_mass_kg * context.motion.velocity_m_s[n].powi(2));
+    shown(vec![size.clone(), size])
+}
+
+/// Change of the law's force by a micrometre of position error. A recorded speed is taken to be that of the same encoder.
 ///
 /// ```text
 /// F = -(dF_law/dV·δV + M·δa)
 /// ```
 fn misread(context: &Context<'_>, period: f64, orders: u32) -> Option<Columns> {
-    if !context.motion.has_position || context.run.velocity_m_s.is_some() || period > 1.0 {
+    if !context.motion.has_position {
         return None;
     }
-    let micrometre = vec![1e-6; context.len()];
+    if period > ENDLESS_M {
+        return jolted(context).filter(|_| orders == 1);
+    }
     let by_oil = context.by_oil_n();
-    let force = |error: Vec<f64>| {
-        let (speed, acceleration) = context.motion.derived(context.run, &error);
+    let force = |(speed, acceleration): (Vec<f64>, Vec<f64>)| {
         context.rows(|n| {
             let v = context.motion.velocity_m_s[n];
             let by_speed = if v.abs() > 1e-4 { by_oil[n] / v } else { 0.0 };
@@ -206,5 +219,36 @@ fn misread(context: &Context<'_>, period: f64, orders: u32) -> Option<Columns> {
             -(by_speed * speed[n] + inertia)
         })
     };
-    shown(context.waves(&micrometre, period, orders).into_iter().map(force).collect())
+    let errors = match &context.run.velocity_m_s {
+        None => derived(context, period, orders),
+        Some(velocity) => recorded(context, velocity, period, orders),
+    };
+    shown(errors.into_iter().map(force).collect())
+}
+
+/// Errors of a speed and an acceleration derived from the position, for a micrometre of each wave.
+fn derived(context: &Context<'_>, period: f64, orders: u32) -> Vec<(Vec<f64>, Vec<f64>)> {
+    let micrometre = vec![1e-6; context.len()];
+    let waves = context.waves(&micrometre, period, orders);
+    waves.iter().map(|error| context.motion.derived(context.run, error)).collect()
+}
+
+/// The same of a recorded speed, which has the slope of the wave, and of the acceleration derived from that.
+///
+/// ```text
+/// δV = k·V·cos(kx)   of sin(kx),   δV = -k·V·sin(kx)   of cos(kx)
+/// ```
+fn recorded(context: &Context<'_>, velocity: &[f64], period: f64, orders: u32) -> Vec<(Vec<f64>, Vec<f64>)> {
+    let per_micrometre: Vec<f64> = velocity.iter().map(|v| 1e-6 * v).collect();
+    let mut errors = Vec::new();
+    let waves = context.waves(&per_micrometre, period, orders);
+    for (at, [sine, cosine]) in waves.as_chunks().0.iter().enumerate() {
+        let per_m = std::f64::consts::TAU * (at + 1) as f64 / period;
+        for (wave, per_m) in [(cosine, per_m), (sine, -per_m)] {
+            let speed: Vec<f64> = wave.iter().map(|wave| per_m * wave).collect();
+            let acceleration = context.motion.derived_acceleration(context.run, &speed);
+            errors.push((speed, acceleration));
+        }
+    }
+    errors
 }
