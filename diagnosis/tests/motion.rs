@@ -267,3 +267,69 @@ fn a_ripple_whose_orders_meet_at_few_speeds_is_no_structure() {
     let found = beside(&force, &ripple.collect::<Vec<f64>>(), &course.run, &simulation);
     assert!(!ids(&found).contains(&"structural-resonance"), "{:#?}", found.mechanisms);
 }
+
+/// Position and speed as an encoder tells them that errs by 0.1 µm once per millimetre.
+#[test]
+fn an_encoder_that_errs_is_named_from_the_speed_it_recorded() {
+    let simulation = Simulation::from_toml(AXIS).unwrap();
+    let course = strokes(1000.0);
+    let force = simulation.force(&course.run, &course.motion).unwrap();
+    let mut noise = Noise::new(11, 0);
+    let drag_force_n = force.iter().map(|force| force + 0.3 * noise.gaussian()).collect();
+    let (error_m, per_m) = (1e-7, std::f64::consts::TAU / 1e-3);
+    let positions = &course.motion.position_m;
+    let position_m = positions.iter().map(|x| x + error_m * (per_m * x).sin()).collect();
+    let speeds = course.motion.velocity_m_s.iter().zip(positions);
+    let velocity_m_s = speeds.map(|(v, x)| v * (1.0 + error_m * per_m * (per_m * x).cos())).collect();
+    let run = Run {
+        drag_force_n,
+        position_m: Some(position_m),
+        velocity_m_s: Some(velocity_m_s),
+        acceleration_m_s2: None,
+        ..course.run
+    };
+    let found = diagnosis(&run, &simulation);
+    assert_eq!(ids(&found), ["encoder-cyclic-error"]);
+    let period = found.mechanisms[0].parameters.iter().find(|number| number.name == "period_m").unwrap();
+    assert!((period.value / 1e-3 - 1.0).abs() < 1e-3, "{period:?}");
+}
+
+/// A strip of an axis that never rests: its structure rings in all rows, ten times as loud as the noise, with the phase
+/// of its speed.
+#[test]
+fn a_structure_that_rings_throughout_is_no_colour_of_the_noise() {
+    let simulation = Simulation::from_toml(AXIS).unwrap();
+    let form = "\n[[mechanism]]\nid = \"structural-resonance\"\nform = \"turned\"\nfrequency_hz = 47.0\ndamping = 0.04\n\
+                mass_kg = 0.0\nturned_kg = 4.0\n";
+    let rings = Simulation::from_toml(&format!("{AXIS}{form}")).unwrap();
+    let rate_hz = 500.0;
+    let mut jolts = Noise::new(12, 0);
+    // forth and back at one speed or another, which changes with a jolt every tenth of a second
+    let (mut time_s, mut velocity_m_s, mut acceleration_m_s2) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut v, mut a) = (0.08, 0.0);
+    for row in 0..60_000 {
+        if row % 50 == 0 {
+            let sign = if (row / 5000) % 2 == 0 { 1.0 } else { -1.0 };
+            a = 10.0 * (sign * (0.08 + 0.03 * jolts.gaussian()) - v);
+        }
+        v += a / rate_hz;
+        time_s.push(f64::from(row) / rate_hz);
+        velocity_m_s.push(v);
+        acceleration_m_s2.push(a);
+    }
+    let rows = time_s.len();
+    let run = Run {
+        parts: vec![Part { rows: 0..rows, segment: None, starts: Break::Start }],
+        drag_force_n: vec![0.0; rows],
+        velocity_m_s: Some(velocity_m_s),
+        acceleration_m_s2: Some(acceleration_m_s2),
+        time_s,
+        ..Run::default()
+    };
+    let force = rings.force(&run, &simulation::motion::Motion::of(&run)).unwrap();
+    let mut noise = Noise::new(13, 0);
+    let drag_force_n = force.iter().map(|force| force + 0.1 * noise.gaussian()).collect();
+    let found = diagnosis(&Run { drag_force_n, ..run }, &simulation);
+    assert_eq!(ids(&found), ["structural-resonance"]);
+    assert!((found.noise_floor_n - 0.1).abs() < 0.02, "{}", found.noise_floor_n);
+}

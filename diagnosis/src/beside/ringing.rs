@@ -1,8 +1,8 @@
 //! Ringing of the structure, found before the noise is estimated.
 //!
 //! A structure that rings after every jerk looks like narrow-band noise, and a whitening filter removes it with the
-//! rest. An autoregression of order 2 is too short for that and leaves it visible: what a resonance explains there is
-//! removed from the residual that the noise is estimated from.
+//! rest: an autoregression of order 2 is a resonator already. One of order 1 leaves it visible: what a resonance explains
+//! there is removed from the residual that the noise is estimated from.
 
 use simulation::mechanism::{Id, definition};
 
@@ -18,8 +18,8 @@ use crate::noise::rows::Rows;
 use crate::nominal::Nominal;
 use crate::recording::side::Side;
 
-/// Order of an autoregression that can model the colour of friction noise, but hardly a resonance.
-const SHORT: usize = 2;
+/// Order of an autoregression that can model the colour of friction noise, but no resonance.
+const SHORT: usize = 1;
 
 /// Evidence from which a resonance is removed, nats: friction noise alone stays below.
 const RINGS: f64 = 100.0;
@@ -39,8 +39,8 @@ const NEAR: f64 = 0.1;
 
 /// Resonances that were found.
 pub(crate) struct Ringing {
-    /// Shapes of a resonance that peaks of the spectrum point to: a resonance is narrower than the steps of any grid.
-    pub(crate) pointed: Vec<Vec<f64>>,
+    /// Resonances that peaks of the spectrum point to: a resonance is narrower than the steps of any grid.
+    pub(crate) pointed: Vec<Source>,
     /// A structure that is mainly excited by rolling itself, which no force column follows.
     pub(crate) heard: Option<Heard>,
 }
@@ -68,28 +68,35 @@ pub(crate) fn unmask(
     rows: &mut Rows,
 ) -> Result<Ringing, String> {
     let Calibrated { values, side, saturation, left } = calibrated;
-    let definition = definition(Id::StructuralResonance);
-    let form = &definition.forms[0];
     let mut short = rows.clone();
     short.learn_up_to(left, saturation.kept(), SHORT);
     let listened = Listened::of(side, training, left, &short);
-    let pointed: Vec<Vec<f64>> =
-        listened.peaks_hz.iter().flat_map(|hz| DAMPINGS.iter().map(move |damping| vec![*hz, *damping])).collect();
+    let definition = definition(Id::StructuralResonance);
+    let form = &definition.forms[0];
+    let at = |form: usize, shape: Vec<f64>| Source::Mechanism { definition, form, shape };
+    // the minimal form, and others of one frequency and damping, whose phase differs
+    let forms: Vec<usize> = (0..definition.forms.len())
+        .filter(|of| definition.forms[*of].shape.iter().map(|p| p.name).eq(form.shape.iter().map(|p| p.name)))
+        .collect();
+    let damped = |hz: &f64| DAMPINGS.map(|damping| vec![*hz, damping]);
+    let shapes: Vec<Vec<f64>> = listened.peaks_hz.iter().flat_map(damped).collect();
+    let pointed: Vec<Source> =
+        forms.iter().flat_map(|form| shapes.iter().map(|shape| at(*form, shape.clone()))).collect();
     let mismatch = side.residual(nominal, values)?;
     let tangent = side.tangent(nominal, values)?;
     let bench =
         Bench::new(short, &side.contexts, training.to_vec(), &mismatch, tangent.clone(), prior(nominal, values));
     let law = bench.fit(&bench.law());
-    let best_of = |shapes: &[Vec<f64>]| {
-        let source = |shape: &Vec<f64>| Source::Mechanism { definition, form: 0, shape: shape.clone() };
-        let mut candidates = bench.candidates(shapes.iter().map(source));
+    let best_of = |sources: &[Source]| {
+        let mut candidates = bench.candidates(sources.iter().cloned());
         bench.prepare_all(&mut candidates, &law.active);
         let nats = |candidate: &Candidate| bench.gain(candidate, &law).nats;
         let best = candidates.into_iter().max_by(|a, b| nats(a).total_cmp(&nats(b)));
         best.map(|candidate| refine(&bench, &candidate, &law))
     };
     let struck = best_of(&pointed);
-    let everywhere = best_of(&grid(form, POINTS, (0.0, 0.0)));
+    let on_grid: Vec<Source> = grid(form, POINTS, (0.0, 0.0)).into_iter().map(|shape| at(0, shape)).collect();
+    let everywhere = best_of(&on_grid);
     let rings = struck.iter().chain(&everywhere).max_by(|a, b| a.1.nats.total_cmp(&b.1.nats));
     if let Some((candidate, _)) = rings.filter(|(_, gain)| gain.nats > RINGS) {
         let extra = raw_columns(&candidate.source, &side.contexts).unwrap_or_default();

@@ -47,7 +47,7 @@ impl Pool {
         bench: &Bench<'_>,
         tolerances: &Tolerances<'_>,
         curves: impl Iterator<Item = &'c Curve>,
-        ringing: Option<&[Vec<f64>]>,
+        ringing: Option<&[Source]>,
     ) -> Self {
         let mut sources = Vec::new();
         let ends = span(bench);
@@ -59,16 +59,11 @@ impl Pool {
                 continue;
             }
             let shapes = definition.forms.first().map(|form| grid(form, MOST_POINTS, ends)).unwrap_or_default();
-            let more = match ringing {
-                None if definition.id == Id::StructuralResonance => continue,
-                Some(ringing) if definition.id == Id::StructuralResonance => ringing,
-                _ => &[],
-            };
-            let minimal = shapes.into_iter().chain(more.iter().cloned()).map(|shape| Source::Mechanism {
-                definition,
-                form: 0,
-                shape,
-            });
+            if definition.id == Id::StructuralResonance {
+                let Some(ringing) = ringing else { continue };
+                sources.extend(ringing.iter().cloned());
+            }
+            let minimal = shapes.into_iter().map(|shape| Source::Mechanism { definition, form: 0, shape });
             let shapeless = (1..definition.forms.len()).filter(|form| definition.forms[*form].shape.is_empty());
             let richer = shapeless.map(|form| Source::Mechanism { definition, form, shape: Vec::new() });
             sources.extend(minimal.chain(richer));

@@ -10,6 +10,7 @@ use crate::fit::bench::Bench;
 use crate::fit::edges::Edges;
 use crate::fit::member::Candidate;
 use crate::fit::rest::noise_rms;
+use crate::fit::source::Source;
 use crate::noise::rows::Rows;
 use crate::nominal::Nominal;
 use crate::numbers::rounding::is_coarse;
@@ -20,9 +21,9 @@ use crate::recording::side::Side;
 pub(crate) struct Given<'s> {
     pub(crate) simulation: &'s Simulation,
     pub(crate) nominal: &'s Nominal,
-    /// Shapes of a resonance that the spectrum points to; `None` where the speed is too noisy: the acceleration derived
+    /// Resonances that the spectrum points to; `None` where the speed is too noisy: the acceleration derived
     /// from it would seem to ring at any frequency.
-    pub(crate) ringing: Option<&'s [Vec<f64>]>,
+    pub(crate) ringing: Option<&'s [Source]>,
     /// Mean square force of a structure that the spectrum shows to ring at every speed, N²; 0 where none does.
     pub(crate) heard_n2: f64,
     /// Mean square effect on the force of a recorded speed's noise, N², where that speed was discarded; 0 elsewhere.

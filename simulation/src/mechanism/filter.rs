@@ -43,8 +43,8 @@ fn lag_across(context: &Context<'_>, input: &[f64], time_s: f64, jump: impl Fn(u
 }
 
 /// Two masses on a spring, `d²y/dt² + 2ζω dy/dt + ω² y = ω² u` with `ω = 2π·frequency` and ζ below 1; starts settled in
-/// every part.
-pub(super) fn oscillator(context: &Context<'_>, input: &[f64], frequency_hz: f64, damping: f64) -> Vec<f64> {
+/// every part. Position and speed of every row.
+pub(super) fn oscillator(context: &Context<'_>, input: &[f64], frequency_hz: f64, damping: f64) -> Vec<[f64; 2]> {
     let input = held(input);
     let omega = std::f64::consts::TAU * frequency_hz;
     let sigma = damping * omega;
@@ -68,7 +68,7 @@ pub(super) fn oscillator(context: &Context<'_>, input: &[f64], frequency_hz: f64
             speed = slope + decay * (v * cos - (sigma * v + omega * omega * e) / damped * sin);
         }
         before = *u;
-        y
+        [y, speed]
     };
     input.iter().enumerate().map(step).collect()
 }

@@ -4,7 +4,7 @@ use super::context::Context;
 use super::definition::{Definition, Form, Kind};
 use super::filter::oscillator;
 use super::id::Id;
-use super::{Positive, amplitude, ratio, shown};
+use super::{Free, Positive, amplitude, ratio, shown};
 
 /// Rows per period below which an oscillation is not resolved.
 const ROWS_PER_PERIOD: f64 = 2.5;
@@ -52,6 +52,18 @@ pub(super) const STRUCTURAL_RESONANCE: Definition = Definition {
             phase_bound: false,
             equation: "as minimal with damping 0.05, and a second mode at ratio times the frequency",
         },
+        Form {
+            name: "turned",
+            shape: &[ratio("frequency_hz", "Hz", 20.0, 300.0, 10), ratio("damping", "", 0.01, 0.1, 3)],
+            amplitudes: &[amplitude("mass_kg", "kg", Positive, 10.0), amplitude("turned_kg", "kg", Free, 10.0)],
+            columns: |context, shape| {
+                let (frequency, damping, a) = (*shape.first()?, *shape.get(1)?, &context.motion.acceleration_m_s2);
+                shown(vec![ringing(context, a, frequency, damping)?, turned(context, a, frequency, damping)?])
+            },
+            phase_bound: false,
+            equation: "F = mass·(z - a) + turned·z'/ω, z and ω as minimal: elsewhere along the structure it rings with another \
+                       phase",
+        },
     ],
     axis: "frequency",
     statement: "the structure between drive and carriage is elastic: the force rings at its own frequency after every jerk",
@@ -61,12 +73,20 @@ pub(super) const STRUCTURAL_RESONANCE: Definition = Definition {
     simplicity: 6,
 };
 
+/// Whether rows are close enough to one another for an oscillation.
+fn is_resolved(context: &Context<'_>, frequency: f64) -> bool {
+    frequency * context.run.step_s() * ROWS_PER_PERIOD < 1.0
+}
+
 /// Response of an oscillator to a column, less the column.
 fn ringing(context: &Context<'_>, input: &[f64], frequency: f64, damping: f64) -> Option<Vec<f64>> {
-    let share_of_period = frequency * context.run.step_s();
-    if share_of_period.is_nan() || share_of_period * ROWS_PER_PERIOD >= 1.0 {
-        return None;
-    }
-    let out = oscillator(context, input, frequency, damping);
-    Some(context.rows(|n| if input[n].is_finite() { out[n] - input[n] } else { 0.0 }))
+    let out = is_resolved(context, frequency).then(|| oscillator(context, input, frequency, damping))?;
+    Some(context.rows(|n| if input[n].is_finite() { out[n][0] - input[n] } else { 0.0 }))
+}
+
+/// Speed of an oscillator that follows a column, over its angular frequency: a quarter of a period ahead of its position.
+fn turned(context: &Context<'_>, input: &[f64], frequency: f64, damping: f64) -> Option<Vec<f64>> {
+    let out = is_resolved(context, frequency).then(|| oscillator(context, input, frequency, damping))?;
+    let omega = std::f64::consts::TAU * frequency;
+    Some(context.rows(|n| if input[n].is_finite() { out[n][1] / omega } else { 0.0 }))
 }
