@@ -38,6 +38,8 @@ enum Which {
     FastAcceleration(usize),
     /// Dependence on the preload that a column of simulated force does not state.
     WithLoad(WithLoad),
+    /// Gain of the inertia in a column of simulated force: its program may be off by one gain as a whole.
+    InertiaOfColumn,
 }
 
 /// A force of the column times the logarithm of the preload.
@@ -53,7 +55,7 @@ impl Parameter {
     /// Whether it is a parameter of the law, which may be off, and not one for what the recording or column leaves
     /// uncertain.
     fn is_of_law(&self) -> bool {
-        !matches!(self.which, Which::FastAcceleration(_) | Which::WithLoad(_))
+        !matches!(self.which, Which::FastAcceleration(_) | Which::WithLoad(_) | Which::InertiaOfColumn)
     }
 
     /// Whether it may be found to be off.
@@ -161,6 +163,7 @@ impl Nominal {
                 add(Which::Friction, "friction", "", Some(tolerance.friction));
                 add(Which::Preload, "preload", "", Some(tolerance.preload));
                 add(Which::Viscosity, "viscosity", "", Some(tolerance.viscosity));
+                add(Which::InertiaOfColumn, "gain of the inertia", "", Some(tolerance.friction));
                 // an exact preload needs no correction
                 for (what, sigma) in WITH_LOAD.into_iter().filter(|_| tolerance.preload > 0.0) {
                     add(Which::WithLoad(what), "answer to the preload", "", Some(sigma));
@@ -238,7 +241,7 @@ impl Nominal {
                 Which::MuCoulomb => factors.mu_coulomb = factor,
                 Which::MuViscous => factors.mu_viscous = factor,
                 Which::MuStribeck => factors.mu_stribeck = factor,
-                Which::Mass => factors.mass = factor,
+                Which::Mass | Which::InertiaOfColumn => factors.mass = factor,
                 _ => {}
             }
         }
@@ -304,7 +307,8 @@ impl Nominal {
             }
             let mut moved = values.to_vec();
             moved[index] += STEP;
-            if parameter.which == Which::Mass && run.acceleration_m_s2.is_some() {
+            let is_mass = matches!(parameter.which, Which::Mass | Which::InertiaOfColumn);
+            if is_mass && run.acceleration_m_s2.is_some() {
                 let force = self.force(values, run, smooth)?;
                 let other = self.force(&moved, run, smooth)?;
                 return Ok(other.iter().zip(&force).map(|(other, force)| (other - force) / STEP).collect());

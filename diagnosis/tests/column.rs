@@ -1,5 +1,5 @@
 //! Diagnosis of a simulation that is known only by its column of force.
-#![allow(clippy::expect_used, reason = "a test fails by panicking")]
+#![allow(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use diagnosis::report::Verdict;
 use diagnosis::{Options, diagnose};
@@ -123,6 +123,21 @@ fn a_program_whose_friction_is_off_beside_its_inertia_is_off_by_that() {
 fn what_has_to_be_beyond_its_tolerance_is_told() {
     let found = found_of_friction(20.0, 8.0);
     assert!(found.iter().any(|id| id == "parameter-shift"), "{found:?}");
+}
+
+/// `friction` is one gain on the column, and the column holds an inertia.
+#[test]
+fn a_program_that_was_off_by_one_gain_as_a_whole_lacks_nothing() {
+    let program = Simulation::from_toml(PROGRAM).expect("a sound file");
+    let mut run = recorded(&program, &Factors::default(), 4500.0, 7);
+    run.drag_force_n.iter_mut().for_each(|force| *force *= 1.05);
+    let outcome = diagnose(&[run], &[], &Simulation::from_toml(COLUMN).expect("a sound file"), &Options::default());
+    let found = &outcome.diagnosis;
+    assert_eq!(found.verdict, Verdict::Match, "{:#?} {:?}", found.mechanisms, found.holdout);
+    let file = outcome.augmented.expect("it was read");
+    // at one preload, the gain of the friction may be one of the preload
+    let Law::Column { friction, inertia, preload, .. } = file.law else { panic!("{:?}", file.law) };
+    assert!((friction * preload - 1.05).abs() < 0.01 && (inertia - 1.05).abs() < 0.01, "{:?}", file.law);
 }
 
 #[test]

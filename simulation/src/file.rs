@@ -73,6 +73,8 @@ pub enum Law {
     Column {
         /// Factor on the friction; an inertia in the column is not scaled.
         friction: f64,
+        /// Factor on the inertia in the column.
+        inertia: f64,
         /// Factor on the preload. Without a `preload_n` column, changing the preload has no effect.
         preload: f64,
         /// Factor on the viscosity.
@@ -82,7 +84,7 @@ pub enum Law {
 
 impl Law {
     /// The column unchanged.
-    pub const COLUMN: Self = Law::Column { friction: 1.0, preload: 1.0, viscosity: 1.0 };
+    pub const COLUMN: Self = Law::Column { friction: 1.0, inertia: 1.0, preload: 1.0, viscosity: 1.0 };
 }
 
 /// The axis that carries the block.

@@ -132,9 +132,10 @@ impl Simulation {
                 let force_n = signed(&direction, &drag_n, mass, &motion.acceleration_m_s2, offset);
                 Ok(Steady { force_n, direction, drag_n, ..Steady::default() })
             }
-            Law::Column { friction, preload, viscosity } => {
+            Law::Column { friction, inertia, preload, viscosity } => {
                 let factors = &Factors {
                     friction: factors.friction * friction,
+                    mass: factors.mass * inertia,
                     preload: factors.preload * preload,
                     viscosity: factors.viscosity * viscosity,
                     ..*factors

@@ -47,8 +47,9 @@ pub(crate) fn calibrated(simulation: &Simulation, factors: &Factors) -> Result<S
                 *viscous *= factors.friction * factors.mu_viscous;
             }
         }
-        Law::Column { friction, preload, viscosity } => {
+        Law::Column { friction, inertia, preload, viscosity } => {
             *friction *= factors.friction;
+            *inertia *= factors.mass;
             *preload *= factors.preload;
             *viscosity *= factors.viscosity;
         }

@@ -110,16 +110,17 @@ fn section<'a>(file: &'a DeTable<'a>, name: &'a str) -> Result<(Vec<Item<'a>>, O
 }
 
 fn simulated_force(column: &[Item<'_>]) -> Result<Law, Mistake> {
-    let (mut friction, mut preload, mut viscosity) = (1.0, 1.0, 1.0);
+    let (mut friction, mut inertia, mut preload, mut viscosity) = (1.0, 1.0, 1.0, 1.0);
     for item in column {
         match item.key {
             "friction" => friction = item.number(&ASSUMED)?,
+            "inertia" => inertia = item.number(&ASSUMED)?,
             "preload" => preload = item.number(&ASSUMED)?,
             "viscosity" => viscosity = item.number(&ASSUMED)?,
-            _ => return Err(item.unknown(&["friction", "preload", "viscosity"])),
+            _ => return Err(item.unknown(&["friction", "inertia", "preload", "viscosity"])),
         }
     }
-    Ok(Law::Column { friction, preload, viscosity })
+    Ok(Law::Column { friction, inertia, preload, viscosity })
 }
 
 fn coulomb_viscous(guide: &[Item<'_>]) -> Result<Law, Mistake> {

@@ -115,8 +115,8 @@ fn what_is_written_reads_back_as_the_same() {
 fn without_a_guide_the_run_brings_its_own_simulation() {
     assert_eq!(read("").expect("legal").law, Law::COLUMN);
     assert_eq!(read("[tolerance]\nfriction = 0.1").expect("legal").law, Law::COLUMN);
-    let off = read("[simulated_force]\nfriction = 0.9\nviscosity = 1.25").expect("legal");
-    assert_eq!(off.law, Law::Column { friction: 0.9, preload: 1.0, viscosity: 1.25 });
+    let off = read("[simulated_force]\nfriction = 0.9\ninertia = 1.02\nviscosity = 1.25").expect("legal");
+    assert_eq!(off.law, Law::Column { friction: 0.9, inertia: 1.02, preload: 1.0, viscosity: 1.25 });
     assert_eq!(Simulation::from_toml(&off.to_toml()).expect("it reads back").law, off.law);
     let why = read("[simulated_force]\nviscosity = 1.25\n[operation]\npreload_n = 3000").expect_err("two laws");
     assert!(why.to_string().contains("means nothing beside a law of its own"), "{why}");

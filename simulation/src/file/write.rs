@@ -21,9 +21,10 @@ pub(super) fn simulation(simulation: &Simulation) -> String {
                 }
             }
         }
-        Law::Column { friction, preload, viscosity } => {
+        Law::Column { friction, inertia, preload, viscosity } => {
             if simulation.law != Law::COLUMN {
                 line(&mut text, format_args!("\n[{COLUMN}]\nfriction = {friction:?}"));
+                line(&mut text, format_args!("inertia = {inertia:?}"));
                 line(&mut text, format_args!("preload = {preload:?}\nviscosity = {viscosity:?}"));
             }
         }

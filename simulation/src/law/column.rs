@@ -14,7 +14,7 @@
 //! another viscosity.
 //!
 //! The curve over speed is the column's own, taken within one part of the profile, where the preload is constant. What
-//! varies with the acceleration within a cell of speed is the program's inertia; neither factor scales it. Where the
+//! varies with the acceleration within a cell of speed is the program's inertia; neither of the two scales it. Where the
 //! acceleration is doubtful, at corners of a machine's moves, inertia is what the force has beyond that curve.
 
 mod curve;
@@ -89,7 +89,8 @@ pub(super) fn changed(
                 inertia[*n] = force[*n] - direction[*n] * usual;
             }
             let moved = direction[*n] * curve.step(cell, ln_v, shift);
-            out[*n] = inertia[*n] + gain * (force[*n] - inertia[*n] + moved);
+            out[*n] = factors.mass * inertia[*n] + gain * (force[*n] - inertia[*n] + moved);
+            inertia[*n] *= factors.mass;
         }
     }
     (out, inertia)
