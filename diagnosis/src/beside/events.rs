@@ -157,11 +157,9 @@ pub(crate) fn spots(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64
     {
         return None;
     }
-    // at the shortest length it may be shorter than a ball's contact, which nothing rolled over has; the longest is no
-    // spot
-    let longest_m = lengths.last().map_or(0.0, |(length_m, _)| *length_m);
+    // at the shortest length it may be shorter than a ball's contact, which nothing rolled over has
     let spots = described(&tracks, &lengths, best, common, p, left.len());
-    let is_one = (1.01 * SHORTEST_M..0.99 * longest_m).contains(&spots.length_m.value);
+    let is_one = spots.length_m.value > 1.01 * SHORTEST_M;
     let step_n = side.contexts.iter().filter_map(|context| quantum(&context.run.drag_force_n)).fold(0.0, f64::max);
     (is_one && spots.force_n.value > NOTHING_N.max(ONE_COUNT * step_n)).then_some(spots)
 }

@@ -34,10 +34,10 @@ pub(super) const PRESLIDING: Definition = Definition {
             name: "maxwell-slip",
             shape: &[since_turn("length_m", 5e-5, 2e-3, 7)],
             amplitudes: &[
-                amplitude("part_at_tenth", "", Positive, 0.25),
-                amplitude("part_at_three_tenths", "", Positive, 0.25),
-                amplitude("part_at_six_tenths", "", Positive, 0.25),
-                amplitude("part_at_end", "", Positive, 0.25),
+                part("part_at_tenth", 0.25),
+                part("part_at_three_tenths", 0.25),
+                part("part_at_six_tenths", 0.25),
+                part("part_at_end", 0.25),
             ],
             columns: |context, shape| {
                 let length = *shape.first()?;
