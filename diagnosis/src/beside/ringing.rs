@@ -71,17 +71,7 @@ pub(crate) fn unmask(
     let mut short = rows.clone();
     short.learn_up_to(left, saturation.kept(), SHORT);
     let listened = Listened::of(side, training, left, &short);
-    let definition = definition(Id::StructuralResonance);
-    let form = &definition.forms[0];
-    let at = |form: usize, shape: Vec<f64>| Source::Mechanism { definition, form, shape };
-    // the minimal form, and others of one frequency and damping, whose phase differs
-    let forms: Vec<usize> = (0..definition.forms.len())
-        .filter(|of| definition.forms[*of].shape.iter().map(|p| p.name).eq(form.shape.iter().map(|p| p.name)))
-        .collect();
-    let damped = |hz: &f64| DAMPINGS.map(|damping| vec![*hz, damping]);
-    let shapes: Vec<Vec<f64>> = listened.peaks_hz.iter().flat_map(damped).collect();
-    let pointed: Vec<Source> =
-        forms.iter().flat_map(|form| shapes.iter().map(|shape| at(*form, shape.clone()))).collect();
+    let pointed = at_peaks(&listened.peaks_hz);
     let mismatch = side.residual(nominal, values)?;
     let tangent = side.tangent(nominal, values)?;
     let bench =
@@ -95,7 +85,9 @@ pub(crate) fn unmask(
         best.map(|candidate| refine(&bench, &candidate, &law))
     };
     let struck = best_of(&pointed);
-    let on_grid: Vec<Source> = grid(form, POINTS, (0.0, 0.0)).into_iter().map(|shape| at(0, shape)).collect();
+    let definition = definition(Id::StructuralResonance);
+    let shapes = grid(&definition.forms[0], POINTS, (0.0, 0.0)).into_iter();
+    let on_grid: Vec<Source> = shapes.map(|shape| Source::Mechanism { definition, form: 0, shape }).collect();
     let everywhere = best_of(&on_grid);
     let rings = struck.iter().chain(&everywhere).max_by(|a, b| a.1.nats.total_cmp(&b.1.nats));
     if let Some((candidate, _)) = rings.filter(|(_, gain)| gain.nats > RINGS) {
@@ -105,6 +97,16 @@ pub(crate) fn unmask(
     }
     let heard = listened.heard(struck.as_ref());
     Ok(Ringing { pointed, heard })
+}
+
+/// Resonances at peaks of the spectrum, in every form of one frequency and one damping: they differ by their phase.
+fn at_peaks(peaks_hz: &[f64]) -> Vec<Source> {
+    let definition = definition(Id::StructuralResonance);
+    let names = |form: usize| definition.forms[form].shape.iter().map(|parameter| parameter.name);
+    let of_one = (0..definition.forms.len()).filter(|form| names(*form).eq(names(0)));
+    let at =
+        |form: usize, hz: f64| DAMPINGS.map(|damping| Source::Mechanism { definition, form, shape: vec![hz, damping] });
+    of_one.flat_map(|form| peaks_hz.iter().flat_map(move |hz| at(form, *hz))).collect()
 }
 
 /// Spectra of a residual at the recording's own sampling rate: averages are blind to ringing between them.
