@@ -208,6 +208,11 @@ impl Nominal {
         if aa > 0.0 { (fa / aa).max(0.0) } else { 0.0 }
     }
 
+    /// Number of rows in which the carriage moves.
+    pub(crate) fn moving_rows(&self, motion: &Motion) -> usize {
+        self.simulation.direction(motion).iter().filter(|sign| **sign != 0.0).count()
+    }
+
     /// Whether the inertia is part of a column, and exact as long as the column's friction is not far off.
     pub(crate) fn holds_its_inertia(&self) -> bool {
         matches!(self.simulation.law, Law::Column { .. })

@@ -13,7 +13,7 @@ const FEWEST: usize = 1000;
 /// Least error of an unresolved acceleration, as a multiple of its usual error; it must exceed the noise as well.
 const OUTSTANDING: f64 = 5.0;
 
-/// Share of a run's rows below which corners are kept: a few are averaged away with the rest, or covered by the fast
+/// Share of a run's moving rows below which corners are kept: a few are averaged away with the rest, or covered by the fast
 /// part of the acceleration.
 const OFTEN: f64 = 0.03;
 
@@ -50,7 +50,8 @@ pub(crate) fn unresolved(nominal: &Nominal, run: &Run, motion: &Motion) -> Vec<b
     let noise_n = robust_sigma(&third_differences(&run.drag_force_n));
     let found: Vec<bool> =
         error_n.iter().map(|error_n| *error_n > noise_n && *error_n > OUTSTANDING * usual_n).collect();
-    let share = found.iter().filter(|unresolved| **unresolved).count() as f64 / run.len().max(1) as f64;
+    let share =
+        found.iter().filter(|unresolved| **unresolved).count() as f64 / nominal.moving_rows(motion).max(1) as f64;
     let too_many = nominal.holds_its_inertia() && share > MOST_OF_COLUMN;
     if share < OFTEN || too_many { vec![false; run.len()] } else { found }
 }

@@ -76,7 +76,8 @@ pub(crate) struct Floor {
 }
 
 impl Floor {
-    fn of(&self, source: &Source) -> f64 {
+    /// For this cause.
+    pub(crate) fn of(&self, source: &Source) -> f64 {
         let rounding_n = match (source.is(Id::ForceQuantisation), self.is_coarse) {
             (true, true) => 0.0,
             (true, false) => f64::INFINITY,

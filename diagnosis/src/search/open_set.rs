@@ -121,7 +121,7 @@ fn best(
     // what has no name is as large as what the law cannot take of it
     let own = bench.force(&candidate.source, &gain.amplitudes);
     let opens = is_relevant(bench, &candidate, &gain, floor)
-        && rms(&beyond(&bench.rows, &bench.tangent, &own)) > floor.any_n
+        && rms(&beyond(&bench.rows, &bench.tangent, &own)) > floor.of(&candidate.source)
         && is_open(Asked::AllBlocks, &locks, kinds, tried)
         && (!is_clock(&candidate.source) || locks.ln_e > sure);
     opens.then(|| (with, p_of(Asked::AllBlocks, &locks, kinds, tried)))

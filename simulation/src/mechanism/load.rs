@@ -3,7 +3,7 @@
 use super::context::{Context, filled};
 use super::definition::{Definition, Form, Kind};
 use super::id::Id;
-use super::{Free, Positive, at_most, shown, steps};
+use super::{Free, Positive, amplitude, at_most, shown, steps};
 
 /// E13: a load W loads one half of the preloaded contacts and relieves the other, `(1+t)^1.5 - (1-t)^1.5 = W/F_p`;
 /// beyond `W = 2√2 F_p` one half is unloaded.
@@ -28,6 +28,17 @@ pub(super) const EXTERNAL_LOAD: Definition = Definition {
             columns: |context, _| shown(vec![symmetric(context, Coefficient::Same)?]),
             phase_bound: false,
             equation: "F = part·F_law·(r+ + r- - 2)/2, r+ and r- as in minimal: the coefficient stays that of the law's load",
+        },
+        Form {
+            name: "carried",
+            shape: &[],
+            amplitudes: &[amplitude("drag_per_kn_n", "N", Positive, 1.0)],
+            columns: |context, _| {
+                let load = filled(context.run.external_load_n.as_ref())?;
+                shown(vec![context.against_motion(|n| load[n].abs() / 1000.0)])
+            },
+            phase_bound: false,
+            equation: "F = drag_per_kn·sign(V)·|W|/1000: the load is carried by contacts of its own",
         },
         Form {
             name: "lopsided",
