@@ -4,7 +4,7 @@
 //! rest: an autoregression of order 2 is a resonator already. One of order 1 leaves it visible: what a resonance explains
 //! there is removed from the residual that the noise is estimated from.
 
-use simulation::mechanism::{Id, definition};
+use simulation::mechanism::{Context, Id, definition};
 
 use crate::beside::spectra::Spectra;
 use crate::calibration::{Calibrated, prior};
@@ -70,7 +70,7 @@ pub(crate) fn unmask(
     let Calibrated { values, side, saturation, left } = calibrated;
     let mut short = rows.clone();
     short.learn_up_to(left, saturation.kept(), SHORT);
-    let listened = Listened::of(side, training, left, &short);
+    let listened = Listened::of((nominal, side), training, left, &short);
     let pointed = at_peaks(&listened.peaks_hz);
     let mismatch = side.residual(nominal, values)?;
     let tangent = side.tangent(nominal, values)?;
@@ -116,13 +116,19 @@ struct Listened {
     /// Spectra of the unwhitened residual.
     spectra: Option<Spectra>,
     power_n2: f64,
+    /// The same of the law's inertia, where its acceleration was derived: that is noise at the frequencies that the
+    /// derivation lets pass.
+    inertia: Option<(Spectra, f64)>,
     /// Whether the compared rows are averages of the rows used here.
     is_finer: bool,
 }
 
+/// Power of a peak in the law's derived inertia, as a share of that in the residual, from which no structure rings there.
+const OF_INERTIA: f64 = 0.5;
+
 impl Listened {
     /// `left`: one entry per row of all runs; `short`: the compared rows, whitened by a short autoregression.
-    fn of(side: &Side<'_>, training: &[bool], left: &[f64], short: &Rows) -> Self {
+    fn of((nominal, side): (&Nominal, &Side<'_>), training: &[bool], left: &[f64], short: &Rows) -> Self {
         let finest = (short.decimation() > 1).then(|| Rows::new(side.runs, training, 1));
         let mut finer = finest.filter(|finest| finest.decimation() < short.decimation());
         if let Some(finer) = &mut finer {
@@ -131,10 +137,14 @@ impl Listened {
         let rows = finer.as_ref().unwrap_or(short);
         let [from_hz, to_hz] = range(0);
         let whitened = Spectra::of(&rows.white(left), rows, side);
+        let derived = derived_inertia_n(nominal, side);
+        let inertia =
+            derived.and_then(|force| Some((Spectra::of(&rows.plain(&force), rows, side)?, power(rows, &force))));
         Listened {
             peaks_hz: whitened.map_or_else(Vec::new, |spectra| spectra.peaks(from_hz, to_hz)),
             spectra: Spectra::of(&rows.plain(left), rows, side),
             power_n2: power(rows, left),
+            inertia,
             is_finer: finer.is_some(),
         }
     }
@@ -146,6 +156,9 @@ impl Listened {
         let most = 0.99 * range(1)[1];
         self.peaks_hz.iter().find_map(|hz| {
             let peak = spectra.at_every_speed(*hz)?;
+            if self.in_inertia_n2(*hz) > OF_INERTIA * peak.share * self.power_n2 {
+                return None;
+            }
             let is_near = |shape: &[f64]| (hz - shape[0]).abs() < 1.5 / spectra.window_s + NEAR * hz;
             let struck = struck.and_then(|(candidate, gain)| match &candidate.source {
                 Source::Mechanism { shape, .. } if is_near(shape) && shape[1] < most && gain.nats > STRUCK => {
@@ -170,6 +183,25 @@ impl Listened {
             })
         })
     }
+}
+
+impl Listened {
+    /// Mean square force of a peak in the law's derived inertia, N².
+    fn in_inertia_n2(&self, hz: f64) -> f64 {
+        let of = |(spectra, power_n2): &(Spectra, f64)| Some(spectra.at_every_speed(hz)?.share * power_n2);
+        self.inertia.as_ref().and_then(of).unwrap_or(0.0)
+    }
+}
+
+/// Inertia of the law, N, where its acceleration was derived in all runs; one entry per row of all runs.
+fn derived_inertia_n(nominal: &Nominal, side: &Side<'_>) -> Option<Vec<f64>> {
+    let of_run = |context: &Context<'_>| {
+        let moved_kg = nominal.moved_kg(context.run, context.motion);
+        let is_derived = context.run.acceleration_m_s2.is_none() && moved_kg > 0.0;
+        is_derived.then(|| context.motion.acceleration_m_s2.iter().map(|a| moved_kg * a).collect::<Vec<f64>>())
+    };
+    let runs: Option<Vec<Vec<f64>>> = side.contexts.iter().map(of_run).collect();
+    runs.map(|runs| runs.concat())
 }
 
 /// Range of a resonance's shape parameter: its frequency, Hz, or its damping ratio.
