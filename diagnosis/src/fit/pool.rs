@@ -54,8 +54,12 @@ impl Pool {
         let (mut waves, span_m) = (Vec::new(), (ends.1 - ends.0).max(0.0));
         // the channel itself shows saturation: no fit is needed
         for definition in library().iter().filter(|definition| definition.id != Id::ForceSaturation) {
-            if definition.forms.first().is_some_and(is_wave) {
+            let is_wave_first = definition.forms.first().is_some_and(is_wave);
+            // the pitch of bolts says nothing of slow waves, nor they of it
+            if is_wave_first || definition.id == Id::RailStraightness {
                 waves.push(definition);
+            }
+            if is_wave_first {
                 continue;
             }
             let shapes = definition.forms.first().map(|form| grid(form, MOST_POINTS, ends)).unwrap_or_default();
@@ -70,7 +74,8 @@ impl Pool {
         }
         let mut causes = bench.candidates(sources);
         let shiftable = tolerances.nominal.parameters.iter().filter(|parameter| parameter.can_shift()).count();
-        let kinds = waves.len() + causes.chunk_by(|a, b| a.source.is_kin(&b.source)).count() + shiftable;
+        let of_waves = waves.iter().filter(|wave| wave.forms.first().is_some_and(is_wave)).count();
+        let kinds = of_waves + causes.chunk_by(|a, b| a.source.is_kin(&b.source)).count() + shiftable;
         causes.extend(shifts(bench, tolerances));
         let stories = bench.candidates(curves.map(|curve| Source::Story { curve: curve.clone() }));
         let mut pool = Pool { causes, stories, kinds, waves, span_m, spectra: Vec::new(), whole: LATE.to_vec() };

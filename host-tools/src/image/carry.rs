@@ -137,7 +137,7 @@ fn one(
             params.ball_pass_wavelength_m = numbers.f32("wavelength_m");
             wave(params, numbers, Acts::Preload, ["", "_1", "_2", "_3"])
         }
-        (Id::RailStraightness, "minimal" | "three-orders") | (Id::Contamination, "particle") => {
+        (Id::RailStraightness, "minimal" | "bolts" | "three-orders") | (Id::Contamination, "particle") => {
             wave(params, numbers, Acts::Interference, ["", "_1", "_2", "_3"])
         }
         (Id::RailStraightness, "share-three-orders") => wave(params, numbers, Acts::Preload, ["", "_1", "_2", "_3"]),

@@ -38,6 +38,15 @@ pub(super) const RAIL_STRAIGHTNESS: Definition = Definition {
             equation: "as minimal, with the second and third order of the wave",
         },
         Form {
+            name: "bolts",
+            // rails are bolted down every 60 to 150 mm
+            shape: &[wave("wavelength_m", 0.055, 0.16)],
+            amplitudes: &[amplitude("sine", "", Free, 0.05), amplitude("cosine", "", Free, 0.05)],
+            columns: |context, shape| waves(context, &context.by_interference_n(), *shape.first()?, 1),
+            phase_bound: true,
+            equation: "as minimal, at the pitch of the bolts",
+        },
+        Form {
             name: "profile",
             shape: &STROKE,
             amplitudes: &entries::<FINE>("", 0.05),
