@@ -185,8 +185,11 @@ fn cyclic(context: &Context<'_>, period: f64) -> Option<Columns> {
     shown(context.waves(&context.by_speed_n()?, period, 1))
 }
 
-/// Period beyond which a wave is endless, m: asked for is the size of its force alone, row by row.
-const ENDLESS_M: f64 = 1.0;
+/// Longest period that an encoder errs with, m.
+const LONGEST_M: f64 = 1.0;
+
+/// Period of an endless wave, m: asked for is the size of its force alone, row by row.
+const ENDLESS_M: f64 = 1e12;
 
 /// Size of the inertial force that a wave along the path is mistaken for: it grows with the square of the speed.
 fn jolted(context: &Context<'_>) -> Option<Columns> {
@@ -206,8 +209,11 @@ fn misread(context: &Context<'_>, period: f64, orders: u32) -> Option<Columns> {
     if !context.motion.has_position {
         return None;
     }
-    if period > ENDLESS_M {
+    if period >= ENDLESS_M {
         return jolted(context).filter(|_| orders == 1);
+    }
+    if period > LONGEST_M {
+        return None;
     }
     let by_oil = context.by_oil_n();
     let force = |(speed, acceleration): (Vec<f64>, Vec<f64>)| {
