@@ -341,18 +341,18 @@ mod tests {
 
     #[test]
     fn what_is_coarser_than_a_wave_follows_nothing_of_it() {
-        let of = |id: Id, form: usize, shape: &[f64]| Source::Mechanism {
+        let of = |id: Id, form: &str, shape: &[f64]| Source::Mechanism {
             definition: definition(id),
-            form,
+            form: definition(id).forms.iter().position(|own| own.name == form).expect("a form"),
             shape: shape.to_vec(),
         };
-        let ripple = wavelength_m(&of(Id::DriveRipple, 1, &[0.005])).expect("a wave");
-        let profile = detail_m(&of(Id::RailStraightness, 2, &[0.1, 1.04])).expect("a profile");
+        let ripple = wavelength_m(&of(Id::DriveRipple, "two-orders", &[0.005])).expect("a wave");
+        let profile = detail_m(&of(Id::RailStraightness, "profile", &[0.1, 1.04])).expect("a profile");
         assert!((profile - 0.02).abs() < 1e-12 && profile > COARSE * ripple);
-        let orders = detail_m(&of(Id::RailStraightness, 1, &[0.3])).expect("a wave of three orders");
+        let orders = detail_m(&of(Id::RailStraightness, "three-orders", &[0.3])).expect("a wave of three orders");
         assert!((orders - 0.1).abs() < 1e-12);
-        assert_eq!(detail_m(&of(Id::RailJoint, 0, &[0.3])), None);
-        for polynomial in [of(Id::CableChain, 0, &[]), of(Id::CableChain, 2, &[0.03])] {
+        assert_eq!(detail_m(&of(Id::RailJoint, "minimal", &[0.3])), None);
+        for polynomial in [of(Id::CableChain, "minimal", &[]), of(Id::CableChain, "rolling", &[0.03])] {
             assert!(detail_m(&polynomial).is_some_and(|detail_m| detail_m > COARSE * 0.1), "{polynomial:?}");
         }
     }
