@@ -278,7 +278,9 @@ fn undersupply(context: &Context<'_>, time: f64, recovery: f64) -> Vec<f64> {
                 true => (0.0, recovery),
                 false => (speed / (speed + HALF_SUPPLIED_M_S), time),
             };
-            missing += (settles - missing) * -libm::expm1(-context.step_s(n) / within);
+            let step = (settles - missing) * -libm::expm1(-context.step_s(n) / within);
+            // a row without a speed says nothing of those behind it
+            missing += if step.is_finite() { step } else { 0.0 };
             missing
         })
         .collect()
