@@ -5,6 +5,7 @@ mod common;
 
 use diagnosis::report::{Diagnosis, Verdict};
 use diagnosis::{Options, Outcome, Refused, diagnose};
+use simulation::Simulation;
 use simulation::motion::Motion;
 use simulation::profile::{Course, Order, Staircase};
 use simulation::run::{Break, Part, Run};
@@ -16,6 +17,13 @@ use crate::common::{NOISE_N, USUAL, ids, nothing, number, outcome, recorded, sim
 fn shared_out(diagnosis: &Diagnosis) -> f64 {
     diagnosis.mechanisms.iter().map(|found| found.share_of_mismatch).sum::<f64>()
         + diagnosis.unexplained.share_of_mismatch
+}
+
+/// Strokes at five speeds, with a rest of a second before each.
+fn resting() -> Course {
+    let speeds_m_s = vec![0.003, 0.006, 0.012, 0.025, 0.05];
+    let strokes = Staircase { speeds_m_s, length_m: 0.1, pause_s: 1.0, order: Order::Both, ..Staircase::default() };
+    strokes.course(200.0, &USUAL).unwrap()
 }
 
 #[test]
@@ -67,6 +75,46 @@ fn a_recorded_speed_that_only_adds_noise_is_set_aside_and_said_so() {
     assert!((number(&noisy).sqrt() / 1e-3 - 1.0).abs() < 0.05, "{}", number(&noisy).sqrt());
     assert!(noisy.data_quality.warnings.iter().any(|line| line.contains("recorded speed")), "{:?}", noisy.data_quality);
     assert_eq!(ids(&of(0.0)), [""; 0]);
+}
+
+/// A tachometer alone: between strokes the carriage rests for a second, and noise is no motion. What is exported calms
+/// the speed in the same way.
+#[test]
+fn the_noise_of_a_tachometer_alone_is_named_and_a_rest_is_no_motion() {
+    let simulation = simulation("");
+    let course = resting();
+    let speed = course.motion.velocity_m_s.clone();
+    let still = recorded(&simulation, course, nothing);
+    let of = |noise_m_s: f64| {
+        let mut noise = Noise::new(3, 0);
+        let velocity_m_s = Some(speed.iter().map(|v| v + noise_m_s * noise.gaussian()).collect());
+        Run { velocity_m_s, position_m: None, acceleration_m_s2: None, ..still.clone() }
+    };
+    assert_eq!(ids(&outcome(&of(0.0), &simulation).diagnosis), [""; 0]);
+    let noisy = of(6e-4);
+    let found = outcome(&noisy, &simulation);
+    assert_eq!(ids(&found.diagnosis), ["speed-noise"]);
+    assert!((number(&found.diagnosis).sqrt() / 6e-4 - 1.0).abs() < 0.1, "{}", number(&found.diagnosis).sqrt());
+    let moves: Vec<bool> = speed.iter().map(|v| v.abs() > 1e-3).collect();
+    let error_n = |simulation: &Simulation| {
+        let force = simulation.force(&noisy, &Motion::of(&noisy)).unwrap();
+        let off = force.iter().zip(&noisy.drag_force_n).zip(&moves).filter(|(_, moves)| **moves);
+        let squares: Vec<f64> = off.map(|((force, drag), _)| (force - drag).powi(2)).collect();
+        (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+    };
+    let (as_given, exported) = (error_n(&simulation), error_n(&found.augmented.unwrap()));
+    assert!(exported < 1.2 * NOISE_N && as_given > 1.3 * exported, "{as_given} N as given, {exported} N exported");
+}
+
+/// Beside an encoder the noise of a tachometer matters in rests alone, where it says motion.
+#[test]
+fn motion_that_is_noise_of_a_rest_is_told_by_the_position() {
+    let simulation = simulation("");
+    let course = resting();
+    let mut noise = Noise::new(3, 0);
+    let velocity_m_s = Some(course.motion.velocity_m_s.iter().map(|v| v + 6e-4 * noise.gaussian()).collect());
+    let run = Run { velocity_m_s, acceleration_m_s2: None, ..recorded(&simulation, course, nothing) };
+    assert_eq!(ids(&outcome(&run, &simulation).diagnosis), ["speed-noise"]);
 }
 
 #[test]

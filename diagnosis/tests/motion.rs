@@ -268,30 +268,36 @@ fn a_ripple_whose_orders_meet_at_few_speeds_is_no_structure() {
     assert!(!ids(&found).contains(&"structural-resonance"), "{:#?}", found.mechanisms);
 }
 
-/// Position and speed as an encoder tells them that errs by 0.1 µm once per millimetre.
-#[test]
-fn an_encoder_that_errs_is_named_from_the_speed_it_recorded() {
-    let simulation = Simulation::from_toml(AXIS).unwrap();
+/// A recording whose position and speed an encoder tells that errs by so much once per period.
+fn erring(simulation: &Simulation, error_m: f64, period_m: f64) -> Run {
     let course = strokes(1000.0);
     let force = simulation.force(&course.run, &course.motion).unwrap();
     let mut noise = Noise::new(11, 0);
     let drag_force_n = force.iter().map(|force| force + 0.3 * noise.gaussian()).collect();
-    let (error_m, per_m) = (1e-7, std::f64::consts::TAU / 1e-3);
+    let per_m = std::f64::consts::TAU / period_m;
     let positions = &course.motion.position_m;
     let position_m = positions.iter().map(|x| x + error_m * (per_m * x).sin()).collect();
     let speeds = course.motion.velocity_m_s.iter().zip(positions);
     let velocity_m_s = speeds.map(|(v, x)| v * (1.0 + error_m * per_m * (per_m * x).cos())).collect();
-    let run = Run {
+    Run {
         drag_force_n,
         position_m: Some(position_m),
         velocity_m_s: Some(velocity_m_s),
         acceleration_m_s2: None,
         ..course.run
-    };
-    let found = diagnosis(&run, &simulation);
-    assert_eq!(ids(&found), ["encoder-cyclic-error"]);
-    let period = found.mechanisms[0].parameters.iter().find(|number| number.name == "period_m").unwrap();
-    assert!((period.value / 1e-3 - 1.0).abs() < 1e-3, "{period:?}");
+    }
+}
+
+/// Of a wave of a millimetre a row takes a part, of one of 20 um several.
+#[test]
+fn an_encoder_that_errs_is_named_from_the_speed_it_recorded() {
+    let simulation = Simulation::from_toml(AXIS).unwrap();
+    for (error_m, period_m) in [(1e-7, 1e-3), (3e-7, 2e-5)] {
+        let found = diagnosis(&erring(&simulation, error_m, period_m), &simulation);
+        assert_eq!(ids(&found), ["encoder-cyclic-error"], "{period_m} m");
+        let period = found.mechanisms[0].parameters.iter().find(|number| number.name == "period_m").unwrap();
+        assert!((period.value / period_m - 1.0).abs() < 1e-3, "{period:?}");
+    }
 }
 
 /// A strip of an axis that never rests: its structure rings in all rows, ten times as loud as the noise, with the phase

@@ -95,6 +95,30 @@ fn a_film_that_starves_is_named_where_it_drags_less() {
     assert_eq!(sets(&found)[0][0], "starvation", "{:?}", sets(&found));
 }
 
+/// Neither one exponential nor two.
+#[test]
+fn a_run_in_that_goes_on_for_ever_is_one_cause() {
+    let course = strokes(&[0.05, 0.1, 0.3, 0.6], 0.5, 0.5, 3000.0);
+    let travel_m: Vec<f64> = course
+        .motion
+        .velocity_m_s
+        .iter()
+        .scan(0.0, |travel, v| {
+            *travel += v.abs() / 200.0;
+            Some(*travel)
+        })
+        .collect();
+    let speed = course.motion.velocity_m_s.clone();
+    let mut run = recorded(course, &[], nothing, 5);
+    for ((force, travel), v) in run.drag_force_n.iter_mut().zip(&travel_m).zip(&speed) {
+        *force += if *v == 0.0 { 0.0 } else { v.signum() * 20.0 / (1.0 + travel / 1.0) };
+    }
+    let found = diagnosis(&[run]);
+    assert_eq!(sets(&found), [["run-in"]]);
+    let half = found.mechanisms[0].parameters.iter().find(|number| number.name == "half_m").expect("its own form");
+    assert!((half.value - 1.0).abs() < 0.1, "{half:?}");
+}
+
 #[test]
 fn within_a_row_starts_and_stops_alone_tell_a_delay_from_a_filter() {
     let filtered = |time_s: f64| {

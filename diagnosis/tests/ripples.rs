@@ -64,6 +64,24 @@ fn at_one_speed_a_ripple_is_no_colour_of_the_noise() {
     assert_eq!(ids(&diagnosis(&recorded(&course, |_| 0.0, 0.4, 0.95), &[], &simulation("absolute"))), [""; 0]);
 }
 
+/// Three speeds make three frequencies of it, which a filter would remove from the noise.
+#[test]
+fn a_bolt_pattern_many_times_as_loud_as_the_noise_is_no_colour_of_it() {
+    let staircase =
+        Staircase { speeds_m_s: vec![0.05, 0.1, 0.3], length_m: 1.2, order: Order::Both, ..Staircase::default() };
+    let course = staircase.course(200.0, &Conditions::default()).unwrap();
+    let bolts = |x: f64| 0.06 * (std::f64::consts::TAU * x / 0.08).sin();
+    // tighter groove, more friction
+    let force = simulation("absolute").force(&course.run, &course.motion).unwrap();
+    let mut noise = Noise::new(21, 0);
+    let drags = |(force, x): (&f64, &f64)| force * (1.0 + bolts(*x)) + 0.05 * noise.gaussian();
+    let drag_force_n = force.iter().zip(&course.motion.position_m).map(drags).collect();
+    let run = Run { drag_force_n, ..course.run };
+    let found = diagnosis(&run, &[], &simulation("absolute"));
+    assert_eq!(ids(&found), ["rail-straightness"]);
+    assert!(found.noise_floor_n < 0.06, "{}", found.noise_floor_n);
+}
+
 #[test]
 fn a_chain_is_named_beside_a_ripple_of_many_times_its_evidence() {
     let course = strokes(&[0.02, 0.04, 0.06, 0.1]);

@@ -85,6 +85,13 @@ impl Motion {
         }
     }
 
+    /// The same motion at its [`calm_velocity`](Self::calm_velocity); the acceleration is derived from that.
+    pub(crate) fn calmed(&self, run: &Run) -> Self {
+        let velocity_m_s = self.calm_velocity(run);
+        let acceleration_m_s2 = self.derived_acceleration(run, &velocity_m_s);
+        Motion { velocity_m_s, acceleration_m_s2, ..self.clone() }
+    }
+
     /// Velocity without the bias of long windows, m/s: as recorded, otherwise from as few positions as their noise
     /// allows.
     ///

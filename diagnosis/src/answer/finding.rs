@@ -85,6 +85,11 @@ pub(crate) fn speed_noise(variance_m2_s2: f64, share: f64) -> Finding {
     shown(Id::SpeedNoise, ("variance_m2_s2", variance_m2_s2, "m2/s2"), share)
 }
 
+/// An encoder whose error shows in the speed that it recorded.
+pub(crate) fn encoder(period_m: f64, share: f64) -> Finding {
+    shown(Id::EncoderCyclicError, ("period_m", period_m, "m"), share)
+}
+
 /// A structure that is mainly excited by rolling.
 pub(crate) fn resonance(heard: &Heard, share: f64) -> Finding {
     let mut finding = shown(Id::StructuralResonance, ("frequency_hz", heard.hz, "Hz"), share);

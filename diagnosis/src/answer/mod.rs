@@ -27,7 +27,6 @@ pub(crate) mod unsure;
 
 use simulation::Simulation;
 use simulation::law::Factors;
-use simulation::mechanism::Id;
 
 use crate::answer::aside::Aside;
 use crate::answer::balance::Balance;
@@ -76,8 +75,7 @@ pub(crate) fn write(
     let shown = Shown::of(side, found, aside, &balance);
     let amplitudes = found.amplitudes();
     let mut findings = of_members(case, found, &amplitudes, &balance, &proof);
-    let fitted = found.members.iter().position(|member| member.candidate.source.is(Id::StructuralResonance));
-    let beside = shown.findings(fitted.map(|at| &mut findings[at].0));
+    let beside = shown.findings(&mut findings, &found.members);
     findings.extend(beside);
     let rounding_n = found.coarse_step_n.filter(|_| balance.rounding.is_some()).map_or(0.0, |step_n| 0.5 * step_n);
     let least_n = found.irrelevant_n.max(FAR_OFF * balance.noise_n).max(rounding_n);
@@ -316,6 +314,8 @@ fn augmented(
 
 #[cfg(test)]
 mod tests {
+    use simulation::mechanism::Id;
+
     use super::*;
 
     /// A lone finding after the rule was applied.

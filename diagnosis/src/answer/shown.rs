@@ -4,11 +4,14 @@ use simulation::mechanism::{Added, Id};
 
 use crate::answer::aside::Aside;
 use crate::answer::balance::Balance;
-use crate::answer::finding::{comes_and_goes, contamination, quantisation, resonance, saturation, speed_noise};
+use crate::answer::finding::{
+    comes_and_goes, contamination, encoder, quantisation, resonance, saturation, speed_noise,
+};
 use crate::answer::play::Play;
 use crate::beside::events::Spots;
 use crate::beside::ringing::Heard;
 use crate::beside::speed::SetAside;
+use crate::fit::member::Member;
 use crate::fit::source::added;
 use crate::noise::locks::least_of;
 use crate::recording::side::Side;
@@ -56,22 +59,34 @@ impl<'a> Shown<'a> {
         least_of(self.p.iter().copied().chain([searched]))
     }
 
-    /// The findings. A resonance fitted from excitation by reversals is the same as the one heard in the spectrum: the
-    /// `fitted` finding is then replaced by the better description.
-    pub(crate) fn findings(&self, fitted: Option<&mut Finding>) -> Vec<(Finding, Option<Region>)> {
+    /// The findings beside the fitted ones. A resonance fitted from excitation by reversals is the same as the one heard
+    /// in the spectrum, and is replaced by the better description; an encoder errs in place and speed alike.
+    /// `fitted` are in the order of the `members`.
+    pub(crate) fn findings(
+        &self,
+        fitted: &mut [(Finding, Option<Region>)],
+        members: &[Member],
+    ) -> Vec<(Finding, Option<Region>)> {
         let mut findings: Vec<(Finding, Option<Region>)> = Vec::new();
         let mut say = |finding: Option<Finding>| findings.extend(finding.map(|finding| (finding, None)));
         say(self.spots.map(|(spots, share)| contamination(spots, share)));
         say(self.unsteady.map(comes_and_goes));
         say(self.rounding.map(|(step_n, share)| quantisation(step_n, share)));
         say(self.clipped.map(|(limit_n, share)| saturation(limit_n, share)));
-        match (self.heard, fitted) {
+        let at = |id: Id| members.iter().position(|member| member.candidate.source.is(id));
+        match (self.heard, at(Id::StructuralResonance).map(|at| &mut fitted[at].0)) {
             // heard although its fit from reversals is too damped to ring: rolling excites it harder
             (Some((heard, share)), Some(fitted)) => *fitted = resonance(heard, share + fitted.share_of_mismatch),
             (Some((heard, share)), None) => say(Some(resonance(heard, share))),
             (None, _) => {}
         }
-        say(self.speed.map(|(speed, share)| speed_noise(speed.variance_m2_s2, share)));
+        if let Some((speed, share)) = self.speed {
+            match (speed.wave_m, at(Id::EncoderCyclicError).map(|at| &mut fitted[at].0)) {
+                (Some(_), Some(fitted)) => fitted.share_of_mismatch += share,
+                (Some(wave_m), None) => say(Some(encoder(wave_m, share))),
+                (None, _) => say(Some(speed_noise(speed.variance_m2_s2, share))),
+            }
+        }
         findings.extend(self.play.map(|(play, share)| play.reported(share)));
         findings
     }

@@ -1,13 +1,15 @@
-//! A recorded speed that is noisier than one derived from the recorded position.
+//! A recorded speed that is noisier than another that the recording tells.
 //!
-//! The law is only as good as the speed it is evaluated at. Where position and speed were both recorded, the residual
-//! of all curves is compared with the one obtained with the speed derived from the position: if that is clearly
-//! smaller, the recorded speed is discarded.
+//! The law is only as good as the speed it is evaluated at. The residual of all curves is compared with the one
+//! obtained with the speed derived from the position or, where none was recorded, with the mean of the speed over as
+//! many rows as agree: if that is clearly smaller, the recorded speed is discarded.
 
 use simulation::Simulation;
 use simulation::mechanism::Id;
+use simulation::motion::{Motion, calm};
 use simulation::run::Run;
 
+use crate::beside::moved::{is_shown, slopes, wave_m};
 use crate::calibration::calibrate;
 use crate::noise::rows::Rows;
 use crate::noise::third_differences;
@@ -26,13 +28,6 @@ const BETTER: f64 = 0.3;
 /// made.
 const WORTH_A_LOOK: f64 = 0.3;
 
-/// Least part of the variance of a recorded speed around the derived one that the position shows from row to row, as a
-/// share, from which it is no noise of the speed: carriage or encoder did move so, and a longer window smooths it.
-const SHOWN: f64 = 0.5;
-
-/// Least correlation of that with the row before: a speed that is nothing but the difference of noisy positions has none.
-const SMOOTH: f64 = 0.5;
-
 /// A recorded speed that was discarded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SetAside {
@@ -40,13 +35,18 @@ pub(crate) struct SetAside {
     pub(crate) variance_m2_s2: f64,
     /// Mean square of its effect on the force, N².
     pub(crate) power_n2: f64,
+    /// Wavelength of the encoder that errs in it, m; `None` where it is noise.
+    pub(crate) wave_m: Option<f64>,
+    /// Whether the other is that of a recorded position.
+    has_position: bool,
 }
 
 impl SetAside {
     /// As a line of the data's quality.
     pub(crate) fn said(&self) -> String {
         let scatter = self.variance_m2_s2.sqrt();
-        format!("the recorded speed is {scatter:.1e} m/s RMS off that of the position and set aside")
+        let other = if self.has_position { "that of the position" } else { "its mean over the rows around" };
+        format!("the recorded speed is {scatter:.1e} m/s RMS off {other} and set aside")
     }
 }
 
@@ -54,10 +54,37 @@ fn has_both(run: &Run) -> bool {
     run.velocity_m_s.is_some() && run.position_m.is_some()
 }
 
-/// The runs without a speed that was recorded beside a position.
+/// The runs with another speed than the one recorded: that of the position, else the mean over as many rows as agree.
 pub(crate) fn without(runs: &[Run]) -> Vec<Run> {
-    let bare = |run: &Run| if has_both(run) { Run { velocity_m_s: None, ..run.clone() } } else { run.clone() };
-    runs.iter().map(bare).collect()
+    let other = |run: &Run| {
+        let recorded = run.velocity_m_s.as_ref().filter(|_| run.position_m.is_none());
+        Run { velocity_m_s: recorded.map(|velocity| steadied(run, velocity)), ..run.clone() }
+    };
+    runs.iter().map(other).collect()
+}
+
+/// Standard deviations of a speed's noise by which a row stands out from those around it.
+const STANDS_OUT: f64 = 4.0;
+
+/// A speed without its noise, and without rows that stand out alone; 0 where it cannot be told from rest.
+fn steadied(run: &Run, velocity: &[f64]) -> Vec<f64> {
+    let noise = robust_sigma(&fast(run, velocity));
+    let mut even = velocity.to_vec();
+    for rows in run.parts.iter().map(|part| part.rows.clone()) {
+        for (row, around) in rows.clone().skip(2).zip(velocity[rows].windows(5)) {
+            let mut around: [f64; 5] = around.try_into().unwrap_or_default();
+            around.sort_unstable_by(f64::total_cmp);
+            if (velocity[row] - around[2]).abs() > STANDS_OUT * noise {
+                even[row] = around[2];
+            }
+        }
+    }
+    calm(run, &even).into_iter().map(|v| if v.abs() < noise { 0.0 } else { v }).collect()
+}
+
+/// Third differences of a column within the parts of its run: a speed jumps between parts without being noisy.
+fn fast(run: &Run, column: &[f64]) -> Vec<f64> {
+    run.parts.iter().flat_map(|part| third_differences(&column[part.rows.clone()])).collect()
 }
 
 /// Noise of a recorded speed, relative to its RMS, that a speed derived from a position may have as well.
@@ -68,12 +95,8 @@ const NOISY: f64 = 2e-3;
 pub(crate) fn is_noisy(runs: &[Run]) -> bool {
     let noisy = |run: &Run| {
         let Some(velocity) = run.velocity_m_s.as_ref().filter(|_| has_both(run)) else { return false };
-        // a speed jumps between parts without being noisy
-        let fast = |column: &[f64]| -> Vec<f64> {
-            run.parts.iter().flat_map(|part| third_differences(&column[part.rows.clone()])).collect()
-        };
-        let noise = fast(velocity);
-        rms(&noise) > NOISY * rms(velocity) && !is_shown(&noise, &fast(&slopes(run)))
+        let noise = fast(run, velocity);
+        rms(&noise) > NOISY * rms(velocity) && !is_shown(&noise, &fast(run, &slopes(run)))
     };
     runs.iter().any(noisy)
 }
@@ -82,7 +105,9 @@ pub(crate) fn is_noisy(runs: &[Run]) -> bool {
 /// channels is better, including those held out for the score.
 pub(crate) fn set_aside(simulation: &Simulation, nominal: &Nominal, recorded: &Moving<'_>) -> Option<SetAside> {
     let runs = &*recorded.runs;
-    if !runs.iter().any(has_both) || simulation.mechanisms.iter().any(|added| added.id == Id::SpeedNoise) {
+    if runs.iter().all(|run| run.velocity_m_s.is_none())
+        || simulation.mechanisms.iter().any(|added| added.id == Id::SpeedNoise)
+    {
         return None;
     }
     // noise of the speed must not pass for a fast acceleration here
@@ -93,12 +118,21 @@ pub(crate) fn set_aside(simulation: &Simulation, nominal: &Nominal, recorded: &M
         |moving| Side::new(simulation, nominal, &nominal.start(), moving, false, &mut DataQuality::default()).ok();
     let (as_recorded, as_derived) = (side(recorded)?, side(&derived)?);
     let both: Vec<bool> = as_recorded.compared.iter().zip(&as_derived.compared).map(|(a, b)| *a && *b).collect();
-    if both.iter().filter(|both| **both).count() < FEWEST_ROWS {
+    let compared = both.iter().filter(|both| **both).count();
+    if compared < FEWEST_ROWS {
         return None;
     }
+    // rows of a rest in which the recorded speed says motion
+    let rests = as_derived.contexts.iter().flat_map(|context| &context.at_rest);
+    let phantom: Vec<bool> = rests.zip(&as_recorded.compared).map(|(rests, moves)| *rests && *moves).collect();
     let forces = [&as_recorded, &as_derived].map(|side| side.force(nominal, &nominal.start()));
     let [Ok(with), Ok(without)] = forces else { return None };
-    let effect = rms(&common(&both, with.iter().zip(&without).map(|(a, b)| a - b)));
+    let of_phantoms = |column: &mut dyn Iterator<Item = f64>| {
+        common(&phantom, column).iter().map(|x| x * x).sum::<f64>() / compared as f64
+    };
+    let apart = rms(&common(&both, with.iter().zip(&without).map(|(a, b)| a - b)));
+    let effect = (apart * apart + of_phantoms(&mut with.iter().copied())).sqrt();
+    let phantoms_n2 = of_phantoms(&mut as_recorded.drag_n.iter().zip(&with).map(|(drag, force)| drag - force));
     // third differences, robustly: a reversal is no noise of the force
     let noise =
         runs.iter().map(|run| robust_sigma(&third_differences(&run.drag_force_n))).fold(f64::INFINITY, f64::min);
@@ -111,7 +145,8 @@ pub(crate) fn set_aside(simulation: &Simulation, nominal: &Nominal, recorded: &M
     };
     let (with, without) = (left(recorded, as_recorded)?, left(&derived, as_derived)?);
     let power = |left: &[f64]| rms(&common(&both, left.iter().copied())).powi(2);
-    let power_n2 = power(&with) - power(&without);
+    let whole_n2 = power(&with) + phantoms_n2;
+    let power_n2 = whole_n2 - power(&without);
     // NaN where the two are not compared
     let around_derived = |speeds: &mut dyn Iterator<Item = f64>| -> Vec<f64> {
         let derived = derived.motions.iter().flat_map(|motion| &motion.velocity_m_s);
@@ -122,37 +157,11 @@ pub(crate) fn set_aside(simulation: &Simulation, nominal: &Nominal, recorded: &M
     if is_shown(&apart, &around_derived(&mut runs.iter().flat_map(slopes))) {
         return None;
     }
+    let wave = |(run, derived): (&Run, &Motion)| wave_m(run, run.velocity_m_s.as_ref()?, &derived.velocity_m_s);
+    let wave_m = runs.iter().zip(&derived.motions).find_map(wave);
     let variance_m2_s2 = rms(&common(&both, apart.into_iter())).powi(2);
-    (power_n2 > BETTER * power(&with)).then_some(SetAside { variance_m2_s2, power_n2 })
-}
-
-/// Slope of the position over the rows before and after each row, m/s; NaN at the ends of parts.
-fn slopes(run: &Run) -> Vec<f64> {
-    let mut slopes = vec![f64::NAN; run.len()];
-    let Some(position) = &run.position_m else { return slopes };
-    for rows in run.parts.iter().map(|part| part.rows.clone()) {
-        for n in rows.start + 1..rows.end.max(1) - 1 {
-            slopes[n] = (position[n + 1] - position[n - 1]) / (run.time_s[n + 1] - run.time_s[n - 1]);
-        }
-    }
-    slopes
-}
-
-/// Whether a deviation of the speed is smooth, and the position shows it as well.
-fn is_shown(deviation: &[f64], by_position: &[f64]) -> bool {
-    let next = deviation.get(1..).unwrap_or_default();
-    correlation(deviation, by_position).powi(2) > SHOWN && correlation(deviation, next) > SMOOTH
-}
-
-/// Correlation of two columns around 0, where both have a value.
-fn correlation(one: &[f64], other: &[f64]) -> f64 {
-    let (mut of_one, mut of_other, mut of_both) = (0.0, 0.0, 0.0);
-    for (a, b) in one.iter().zip(other).filter(|(a, b)| a.is_finite() && b.is_finite()) {
-        of_one += a * a;
-        of_other += b * b;
-        of_both += a * b;
-    }
-    if of_one > 0.0 && of_other > 0.0 { of_both / (of_one * of_other).sqrt() } else { 0.0 }
+    let has_position = runs.iter().any(has_both);
+    (power_n2 > BETTER * whole_n2).then_some(SetAside { variance_m2_s2, power_n2, wave_m, has_position })
 }
 
 /// Entries of the rows that are compared both ways.
@@ -178,27 +187,5 @@ mod tests {
         };
         assert!(!is_noisy(&[run(1e-5)]));
         assert!(is_noisy(&[run(5e-3)]));
-    }
-
-    #[test]
-    fn a_speed_that_the_position_shows_row_by_row_is_no_noise() {
-        let time_s: Vec<f64> = (0..1000).map(|n| 1e-3 * f64::from(n)).collect();
-        let ripple = |t: f64| 2e-3 * (600.0 * t).cos();
-        let noise: Vec<f64> = (0..1000).map(|n| 2e-3 * (2.7 * (n * n) as f64).sin()).collect();
-        let run = Run {
-            position_m: Some(time_s.iter().map(|t| 0.1 * t + 2e-3 / 600.0 * (600.0 * t).sin()).collect()),
-            parts: vec![Part { rows: 0..1000, segment: None, starts: Break::Start }],
-            drag_force_n: vec![0.0; 1000],
-            time_s: time_s.clone(),
-            ..Run::default()
-        };
-        let shown: Vec<f64> = slopes(&run).iter().map(|slope| slope - 0.1).collect();
-        let rippled: Vec<f64> = time_s.iter().map(|t| ripple(*t)).collect();
-        assert!(is_shown(&rippled, &shown) && !is_shown(&noise, &shown));
-        // differences of noisy positions
-        assert!(!is_shown(&noise, &noise));
-        let recorded =
-            |error: &[f64]| Run { velocity_m_s: Some(error.iter().map(|error| 0.1 + error).collect()), ..run.clone() };
-        assert!(!is_noisy(&[recorded(&rippled)]) && is_noisy(&[recorded(&noise)]));
     }
 }

@@ -13,6 +13,7 @@ use simulation::Simulation;
 use crate::calibration::saturation::Saturation;
 use crate::calibration::settle::Valley;
 use crate::fit::bench::Bench;
+use crate::fit::loud;
 use crate::fit::member::Member;
 use crate::fit::source::Source;
 use crate::fit::tone;
@@ -54,18 +55,27 @@ pub(crate) fn calibrate<'a>(
     let mut values = nominal.start();
     let mut left = Vec::new();
     let mut tones = Vec::new();
+    let mut wave: Vec<Vec<f64>> = Vec::new();
     let mut saturation = Saturation::new(rows, &side.contexts, training, &tones);
     for step in 0..MOST_STEPS {
         let mismatch = side.residual(nominal, &values)?;
         let tangent = side.tangent(nominal, &values)?;
         if step < LEARNT {
-            left = saturation.rest(rows, &side.contexts, &mismatch, &tangent, &[]);
+            let rest = |saturation: &Saturation, wave: &[Vec<f64>]| {
+                saturation.rest(rows, &side.contexts, &mismatch, &tangent, wave)
+            };
+            left = rest(&saturation, &[]);
             if step == 0 {
                 tones = tone::all(rows, &side.contexts, &left);
-            }
-            if step == 0 && !tones.is_empty() {
-                saturation = Saturation::new(rows, &side.contexts, training, &tones);
-                left = saturation.rest(rows, &side.contexts, &mismatch, &tangent, &[]);
+                if !tones.is_empty() {
+                    saturation = Saturation::new(rows, &side.contexts, training, &tones);
+                    left = rest(&saturation, &[]);
+                }
+                wave = loud::wave(rows, &side.contexts, &left, |wave| rest(&saturation, wave));
+                if !wave.is_empty() {
+                    saturation = saturation.beside(wave.clone());
+                    left = rest(&saturation, &[]);
+                }
             }
             rows.learn(&left, saturation.kept());
         }
@@ -76,7 +86,7 @@ pub(crate) fn calibrate<'a>(
         values = next;
         if step == 0 && nominal.is_incomplete() {
             side = side.again(simulation, nominal, &values)?;
-            saturation = Saturation::new(rows, &side.contexts, training, &tones);
+            saturation = Saturation::new(rows, &side.contexts, training, &tones).beside(wave.clone());
         }
         if step + 1 >= LEARNT && way < ENOUGH {
             break;
@@ -84,7 +94,7 @@ pub(crate) fn calibrate<'a>(
     }
     if nominal.is_incomplete() {
         side = side.again(simulation, nominal, &values)?;
-        saturation = Saturation::new(rows, &side.contexts, training, &tones);
+        saturation = Saturation::new(rows, &side.contexts, training, &tones).beside(wave);
     } else if is_at_limit(nominal, &values) {
         // two parameters that compensate one another lead far along a linearisation: there may be a lower place on the
         // way

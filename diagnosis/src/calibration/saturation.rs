@@ -36,6 +36,8 @@ pub(crate) struct Saturation {
     columns: Vec<Vec<f32>>,
     products: Symmetric,
     kept: Vec<f64>,
+    /// Columns of a wave along the rail that is louder than the noise, one entry per row of all runs.
+    wave: Vec<Vec<f64>>,
     /// Rows per average.
     together: usize,
 }
@@ -61,7 +63,8 @@ impl Saturation {
         let columns: Vec<Vec<f32>> = curves.par_iter().flat_map_iter(of_curve).collect();
         let mut all = Symmetric::zeros(columns.len());
         fill(&mut all, &columns.iter().map(Vec::as_slice).collect::<Vec<_>>(), 0);
-        let mut saturation = Saturation { curves, columns, products: all, kept: Vec::new(), together };
+        let mut saturation =
+            Saturation { curves, columns, products: all, kept: Vec::new(), wave: Vec::new(), together };
         saturation.kept = saturation.kept_of_noise(rows, contexts);
         saturation
     }
@@ -87,12 +90,18 @@ impl Saturation {
         left.iter().zip(&whole).map(|(left, whole)| if *whole > 0.0 { (left / whole).min(1.0) } else { 1.0 }).collect()
     }
 
+    /// The same with a wave beside the curves.
+    pub(crate) fn beside(self, wave: Vec<Vec<f64>>) -> Self {
+        Saturation { wave, ..self }
+    }
+
     /// Curves along the axes of the contract.
     pub(crate) fn stories(&self) -> impl Iterator<Item = &Curve> {
         self.curves.iter().filter(|curve| curve.axis != Axis::SinceTurn)
     }
 
-    /// Residual of a mismatch after a fit of the law's tangent, every curve and `extra`; one entry per row of all runs.
+    /// Residual of a mismatch after a fit of the law's tangent, every curve, a loud wave and `extra`; one entry per row
+    /// of all runs.
     pub(crate) fn rest(
         &self,
         rows: &Rows,
@@ -101,7 +110,7 @@ impl Saturation {
         tangent: &[Vec<f64>],
         extra: &[Vec<f64>],
     ) -> Vec<f64> {
-        let own: Vec<&Vec<f64>> = tangent.iter().chain(extra).collect();
+        let own: Vec<&Vec<f64>> = tangent.iter().chain(extra).chain(&self.wave).collect();
         let averaged_own: Vec<Vec<f32>> = own.iter().map(|column| self.averaged(rows, column)).collect();
         let columns: Vec<&[f32]> = self.columns.iter().chain(&averaged_own).map(Vec::as_slice).collect();
         let mut a = Symmetric::zeros(columns.len());

@@ -1,7 +1,7 @@
 //! Fits: what may explain a mismatch, and how much of it.
 //!
 //! ```text
-//! source         where a column comes from; story: unnamed curves, tone: steady tones
+//! source         where a column comes from; story: unnamed curves, tone: steady tones, loud: a wave louder than noise
 //! ends           starts and stops as the rows show them; edges: delay of the force there; skew: clocks that drift
 //! apart
 //! bend           whether a profile fitted as a bent rail really bends
@@ -16,6 +16,7 @@ mod bend;
 pub(crate) mod edges;
 pub(crate) mod ends;
 pub(crate) mod least_squares;
+pub(crate) mod loud;
 mod made;
 pub(crate) mod member;
 pub(crate) mod pool;

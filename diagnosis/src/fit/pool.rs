@@ -8,7 +8,7 @@ use simulation::mechanism::{Definition, Form, Id, Kind, Search, ShapeParameter, 
 use crate::fit::bench::Bench;
 use crate::fit::least_squares::Fit;
 use crate::fit::member::{Candidate, Gain};
-use crate::fit::refine::refine;
+use crate::fit::refine::refine_all;
 use crate::fit::source::{LATE, Source};
 use crate::fit::spectrum::{Left, Waves, is_wave, span, tried};
 use crate::nominal::Nominal;
@@ -122,23 +122,33 @@ impl Pool {
         ranked(bench, &mut self.causes, fit, tolerances)
     }
 
-    /// The best candidate of a cause in any of its forms.
-    pub(crate) fn best_of(&mut self, bench: &Bench<'_>, source: &Source, fit: &Fit) -> Option<(Candidate, Gain)> {
-        let Source::Mechanism { definition, .. } = source else { return None };
+    /// The best candidates of a cause in its `most` leading forms at the grid's points, refined.
+    pub(crate) fn best_of(
+        &mut self,
+        bench: &Bench<'_>,
+        source: &Source,
+        fit: &Fit,
+        most: usize,
+    ) -> Vec<(Candidate, Gain)> {
+        let Source::Mechanism { definition, .. } = source else { return Vec::new() };
         if !self.whole.contains(&definition.id) {
             self.complete(bench, fit, &Left::of(bench, fit), source);
         }
-        let of_kind =
-            |c: &&mut Candidate| matches!(&c.source, Source::Mechanism { definition: d, .. } if d.id == definition.id);
-        let mut best: Option<(&Candidate, Gain)> = None;
-        for candidate in self.causes.iter_mut().filter(of_kind) {
+        let mut best: Vec<Option<(&Candidate, f64)>> = vec![None; definition.forms.len()];
+        for candidate in &mut self.causes {
+            let form = match &candidate.source {
+                Source::Mechanism { definition: d, form, .. } if d.id == definition.id => *form,
+                _ => continue,
+            };
             bench.prepare(candidate, &fit.active);
-            let gain = bench.gain(candidate, fit);
-            if best.as_ref().is_none_or(|(_, other)| gain.score > other.score) {
-                best = Some((candidate, gain));
+            let score = bench.gain(candidate, fit).score;
+            if best[form].is_none_or(|(_, other)| score > other) {
+                best[form] = Some((candidate, score));
             }
         }
-        best.map(|(candidate, _)| refine(bench, candidate, fit))
+        let mut best: Vec<(&Candidate, f64)> = best.into_iter().flatten().collect();
+        best.sort_by(|a, b| b.1.total_cmp(&a.1));
+        refine_all(bench, best.into_iter().take(most).map(|(candidate, _)| candidate), fit)
     }
 
     /// The best candidate of every other form of a cause, among those ranked beyond a fit.

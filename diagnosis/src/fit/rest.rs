@@ -10,8 +10,10 @@ pub(crate) fn power(rows: &Rows, column: &[f64]) -> f64 {
     dot(&plain, &plain) / plain.len().max(1) as f64
 }
 
-pub(crate) fn noise_rms(rows: &Rows, residual: &[f64]) -> f64 {
-    power(rows, residual).sqrt()
+/// RMS of the noise, in the unit of the columns: what all curves leave of a mismatch. Curves that cancel in whitened rows
+/// may leave more than there is.
+pub(crate) fn noise_rms(rows: &Rows, left: &[f64], mismatch: &[f64]) -> f64 {
+    power(rows, left).min(power(rows, mismatch)).sqrt()
 }
 
 /// Variance of the whitened residual: 1 where the noise was known.

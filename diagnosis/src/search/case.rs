@@ -68,7 +68,8 @@ impl<'s> Case<'s> {
     pub(crate) fn noise_n(&self, rows: &Rows, values: &[f64]) -> Result<f64, String> {
         let Case { given: Given { nominal, .. }, side, saturation, .. } = *self;
         let (mismatch, tangent) = (side.residual(nominal, values)?, side.tangent(nominal, values)?);
-        Ok(noise_rms(rows, &saturation.rest(rows, &side.contexts, &mismatch, &tangent, &[])))
+        let left = saturation.rest(rows, &side.contexts, &mismatch, &tangent, &[]);
+        Ok(noise_rms(rows, &left, &mismatch))
     }
 
     /// The valley of the law's parameters beside the given causes: where the law settles.

@@ -133,7 +133,7 @@ impl Off<'_> {
             return Ok(None);
         }
         let left = saturation.rest(rows, &side.contexts, &mismatch, &tangent, &extra);
-        let noise_n = noise_rms(rows, &left);
+        let noise_n = noise_rms(rows, &left, &mismatch);
         let causes = Causes {
             bench,
             members,

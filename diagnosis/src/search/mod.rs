@@ -73,6 +73,9 @@ const BETTER: f64 = 3.0;
 /// Causes that are refined in every step.
 const SHORT_LIST: usize = 4;
 
+/// Forms of a cause that are refined before another cause joins it.
+const FORMS: usize = 3;
+
 /// What the search found.
 pub(crate) struct Found {
     pub(crate) members: Vec<Member>,
@@ -324,9 +327,9 @@ fn best_upgrade(bench: &Bench<'_>, pool: &mut Pool, members: &[Member], rival: f
             continue;
         }
         let Beside { fit, own, gain, .. } = bench.beside(members, at);
-        for candidate in
-            pool.best_of(bench, &member.candidate.source, &fit).into_iter().chain([refine(bench, &own, &fit)])
-        {
+        // the form that is best at the grid's points need not be best between them
+        let forms = pool.best_of(bench, &member.candidate.source, &fit, FORMS);
+        for candidate in forms.into_iter().chain([refine(bench, &own, &fit)]) {
             let more = candidate.1.score - gain.score;
             if more > 0.5 * rival.max(4.0) && best.as_ref().is_none_or(|(score, ..)| more > *score) {
                 best = Some((more, at, candidate.0));

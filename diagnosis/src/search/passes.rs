@@ -108,7 +108,7 @@ impl<'s> Pass<'s> {
         let tolerances = Tolerances { nominal, moved: &values };
         let mut bench = case.around(rows, &values)?;
         let mut pool = prepared(case, rows, &bench, &tolerances, kept);
-        let noise_n = noise_rms(rows, &rest(&[]));
+        let noise_n = noise_rms(rows, &rest(&[]), &mismatch);
         let matters = Matters::of(case, rows, &mismatch)?;
         let floor = matters.floor(case, rows, noise_n);
         let searched = search(&mut bench, &mut pool, &tolerances, former, floor);
@@ -173,6 +173,7 @@ impl<'s> Pass<'s> {
             pool = pool.again(&bench, &Tolerances { nominal, moved: &values });
             members = again(&mut bench, members);
         }
+        let mismatch = case.side.residual(nominal, &values)?;
         let causes = Causes {
             bench,
             members,
@@ -180,7 +181,7 @@ impl<'s> Pass<'s> {
             values,
             has_landed: false,
             p_no_mismatch: self.p_no_mismatch,
-            noise_n: noise_rms(&rows, &self.left),
+            noise_n: noise_rms(&rows, &self.left, &mismatch),
             irrelevant_n: self.irrelevant_n,
             left: self.left,
             coarse_step_n: self.coarse_step_n,

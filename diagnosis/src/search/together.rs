@@ -135,7 +135,7 @@ fn settle(bench: &mut Bench<'_>, pool: &mut Pool, members: &mut [Member]) {
                 continue;
             }
             let Beside { fit, own, .. } = bench.beside(members, at);
-            let best = pool.best_of(bench, &own.source, &fit).map(|(candidate, _)| candidate);
+            let best = pool.best_of(bench, &own.source, &fit, 1).pop().map(|(candidate, _)| candidate);
             if let Some(best) = best.filter(|best| !best.source.is_same(&own.source)) {
                 members[at] = bench.take(best);
             }

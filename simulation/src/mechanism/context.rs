@@ -12,6 +12,7 @@ use crate::law::{Factors, Missing, Steady};
 use crate::motion::Motion;
 use crate::run::Run;
 
+use super::id::Id;
 use super::onset::Onsets;
 use super::path::Path;
 
@@ -99,9 +100,10 @@ pub struct Context<'a> {
     pub has_stribeck: bool,
     /// Whether the law's oil thins with the measured temperature.
     pub viscosity_follows_temperature: bool,
-    /// The law's force at the speed of the path instead of the recorded one, N; `None` unless both were recorded.
+    /// The law's force at another speed than the recorded one, N: that of the path or, for a law with a noisy speed and
+    /// where no position was recorded, the calm one. `None` without a recorded speed.
     pub at_path_speed_n: Option<Vec<f64>>,
-    /// Acceleration derived from the recorded position, m/s², where the speed was recorded as well.
+    /// Acceleration of that speed, m/s².
     pub path_acceleration_m_s2: Option<Vec<f64>>,
     /// Mass that the law accelerates, kg.
     pub moved_mass_kg: f64,
@@ -161,9 +163,14 @@ impl<'a> Context<'a> {
             }
         }
         let (mut at_path_speed_n, mut path_acceleration_m_s2) = (None, None);
-        if run.velocity_m_s.is_some() && run.position_m.is_some() {
-            let reach = (PATH_S / run.step_s()).max(1.0) as usize;
-            let path = Motion::of_path(run, reach);
+        let has_noisy_speed = simulation.mechanisms.iter().any(|added| added.id == Id::SpeedNoise);
+        let path = match (&run.velocity_m_s, &run.position_m) {
+            (Some(_), Some(_)) => Some(Motion::of_path(run, (PATH_S / run.step_s()).max(1.0) as usize)),
+            // no cause that a search looks for: it is given the calm speed
+            (Some(_), None) if has_noisy_speed => Some(motion.calmed(run)),
+            _ => None,
+        };
+        if let Some(path) = path {
             at_path_speed_n = Some(simulation.steady(&Factors::default(), run, &path)?.force_n);
             path_acceleration_m_s2 = Some(path.acceleration_m_s2);
         }

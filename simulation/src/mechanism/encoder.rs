@@ -82,8 +82,8 @@ pub(super) const SPEED_NOISE: Definition = Definition {
                 shown(vec![context.rows(apart), context.rows(jolts)])
             },
             phase_bound: false,
-            equation: "F = part·(F_law(dx/dt) - F_law(V)) + mass·(d²x/dt² - dV/dt), where position and speed were both \
-                       recorded; mass where the law moves one",
+            equation: "F = part·(F_law(v) - F_law(V)) + mass·(dv/dt - dV/dt), v the slope of the position recorded beside V, \
+                       else the mean of V over as many rows as agree; mass where the law moves one",
         },
     ],
     axis: "velocity",

@@ -49,6 +49,17 @@ pub(super) const RUN_IN: Definition = Definition {
             phase_bound: false,
             equation: "F = sign(V)·((drag + part_of_drag·F_law)·exp(-travel/length) + rest)",
         },
+        Form {
+            name: "hyperbolic",
+            shape: &[along_travel("half_m", 0.5, 500.0, 7)],
+            amplitudes: &[amplitude("drag_n", "N", Positive, 5.0)],
+            columns: |context, shape| {
+                let half = *shape.first()?;
+                shown(vec![context.against_motion(|n| 1.0 / (1.0 + context.travel_m[n] / half))])
+            },
+            phase_bound: false,
+            equation: "F = drag·sign(V)/(1 + travel/half)",
+        },
     ],
     axis: "travel",
     statement: "fresh grease or new seals add a friction that wears off with the distance run",
