@@ -122,9 +122,16 @@ pub(crate) fn set_aside(simulation: &Simulation, nominal: &Nominal, recorded: &M
     if compared < FEWEST_ROWS {
         return None;
     }
-    // rows of a rest in which the recorded speed says motion
+    // rows of a rest in which the recorded speed says motion, and no more than its noise may say: within micrometres of
+    // a turn a carriage creeps
     let rests = as_derived.contexts.iter().flat_map(|context| &context.at_rest);
-    let phantom: Vec<bool> = rests.zip(&as_recorded.compared).map(|(rests, moves)| *rests && *moves).collect();
+    let noises = runs.iter().flat_map(|run| {
+        let velocity = run.velocity_m_s.as_deref().unwrap_or_default();
+        let most = STANDS_OUT * if velocity.is_empty() { 0.0 } else { robust_sigma(&fast(run, velocity)) };
+        (0..run.len()).map(move |row| velocity.get(row).is_some_and(|v| v.abs() < most))
+    });
+    let moves = as_recorded.compared.iter().zip(noises);
+    let phantom: Vec<bool> = rests.zip(moves).map(|(rests, (moves, noise))| *rests && *moves && noise).collect();
     let forces = [&as_recorded, &as_derived].map(|side| side.force(nominal, &nominal.start()));
     let [Ok(with), Ok(without)] = forces else { return None };
     let of_phantoms = |column: &mut dyn Iterator<Item = f64>| {
