@@ -68,7 +68,7 @@ const STANDS_OUT: f64 = 4.0;
 
 /// A speed without its noise, and without rows that stand out alone; 0 where it cannot be told from rest.
 fn steadied(run: &Run, velocity: &[f64]) -> Vec<f64> {
-    let noise = robust_sigma(&fast(run, velocity));
+    let noise = noise(run, velocity);
     let mut even = velocity.to_vec();
     for rows in run.parts.iter().map(|part| part.rows.clone()) {
         for (row, around) in rows.clone().skip(2).zip(velocity[rows].windows(5)) {
@@ -80,6 +80,11 @@ fn steadied(run: &Run, velocity: &[f64]) -> Vec<f64> {
         }
     }
     calm(run, &even).into_iter().map(|v| if v.abs() < noise { 0.0 } else { v }).collect()
+}
+
+/// Standard deviation of a speed's noise, m/s, whatever its tails.
+fn noise(run: &Run, velocity: &[f64]) -> f64 {
+    robust_sigma(&fast(run, velocity))
 }
 
 /// Third differences of a column within the parts of its run: a speed jumps between parts without being noisy.
@@ -122,16 +127,7 @@ pub(crate) fn set_aside(simulation: &Simulation, nominal: &Nominal, recorded: &M
     if compared < FEWEST_ROWS {
         return None;
     }
-    // rows of a rest in which the recorded speed says motion, and no more than its noise may say: within micrometres of
-    // a turn a carriage creeps
-    let rests = as_derived.contexts.iter().flat_map(|context| &context.at_rest);
-    let noises = runs.iter().flat_map(|run| {
-        let velocity = run.velocity_m_s.as_deref().unwrap_or_default();
-        let most = STANDS_OUT * if velocity.is_empty() { 0.0 } else { robust_sigma(&fast(run, velocity)) };
-        (0..run.len()).map(move |row| velocity.get(row).is_some_and(|v| v.abs() < most))
-    });
-    let moves = as_recorded.compared.iter().zip(noises);
-    let phantom: Vec<bool> = rests.zip(moves).map(|(rests, (moves, noise))| *rests && *moves && noise).collect();
+    let phantom = phantoms(&as_recorded, &as_derived);
     let forces = [&as_recorded, &as_derived].map(|side| side.force(nominal, &nominal.start()));
     let [Ok(with), Ok(without)] = forces else { return None };
     let of_phantoms = |column: &mut dyn Iterator<Item = f64>| {
@@ -154,6 +150,9 @@ pub(crate) fn set_aside(simulation: &Simulation, nominal: &Nominal, recorded: &M
     let power = |left: &[f64]| rms(&common(&both, left.iter().copied())).powi(2);
     let whole_n2 = power(&with) + phantoms_n2;
     let power_n2 = whole_n2 - power(&without);
+    if !(power_n2 > BETTER * whole_n2) {
+        return None;
+    }
     // NaN where the two are not compared
     let around_derived = |speeds: &mut dyn Iterator<Item = f64>| -> Vec<f64> {
         let derived = derived.motions.iter().flat_map(|motion| &motion.velocity_m_s);
@@ -168,7 +167,20 @@ pub(crate) fn set_aside(simulation: &Simulation, nominal: &Nominal, recorded: &M
     let wave_m = runs.iter().zip(&derived.motions).find_map(wave);
     let variance_m2_s2 = rms(&common(&both, apart.into_iter())).powi(2);
     let has_position = runs.iter().any(has_both);
-    (power_n2 > BETTER * whole_n2).then_some(SetAside { variance_m2_s2, power_n2, wave_m, has_position })
+    Some(SetAside { variance_m2_s2, power_n2, wave_m, has_position })
+}
+
+/// Rows of a rest in which the recorded speed says motion, and no more than its noise may say: within micrometres of a
+/// turn a carriage creeps.
+fn phantoms(as_recorded: &Side<'_>, as_derived: &Side<'_>) -> Vec<bool> {
+    let is_small = as_recorded.runs.iter().flat_map(|run| {
+        let velocity = run.velocity_m_s.as_deref();
+        let most = STANDS_OUT * velocity.map_or(0.0, |velocity| noise(run, velocity));
+        (0..run.len()).map(move |row| velocity.is_some_and(|velocity| velocity[row].abs() < most))
+    });
+    let rests = as_derived.contexts.iter().flat_map(|context| &context.at_rest);
+    let rows = rests.zip(&as_recorded.compared).zip(is_small);
+    rows.map(|((rests, moves), is_small)| *rests && *moves && is_small).collect()
 }
 
 /// Entries of the rows that are compared both ways.
