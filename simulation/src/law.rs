@@ -87,7 +87,7 @@ pub struct Steady {
     /// Sign of the velocity, -1 or 1; 0 below the simulation's `zero_speed_m_s`.
     pub direction: Vec<f64>,
     /// Friction alone, N, positive against the motion; at rest, what it would be at that speed. A column of force does
-    /// not contain that: there it is 0 at rest, and `force_n` is the column.
+    /// not contain that: there it is what it was when the carriage moved last, and `force_n` is the column.
     pub drag_n: Vec<f64>,
     /// Preload, N. For a column of force it is known where the run has one.
     pub preload_n: Vec<f64>,
@@ -142,8 +142,8 @@ impl Simulation {
                 };
                 let column = run.simulated_force_n.as_deref().ok_or(Missing::SimulatedForce)?;
                 let (force_n, inertia) = column::changed(run, column, motion, &direction, factors);
-                let friction = force_n.iter().zip(&inertia).map(|(force, inertia)| force - inertia);
-                let drag_n = friction.zip(&direction).map(|(friction, sign)| friction * sign).collect();
+                let friction_n = force_n.iter().zip(&inertia).map(|(force, inertia)| force - inertia);
+                let drag_n = column::drag(run, friction_n, &direction);
                 let of_preload = |ratio: f64| -> Vec<f64> {
                     let of = |p: &f64| p * factors.preload * ratio;
                     measured(run.preload_n.as_deref()).unwrap_or_default().iter().map(of).collect()

@@ -22,8 +22,10 @@ const DURATIONS: i32 = 15;
 /// of eleven are enough), or of fewer but very high ones.
 const CHANCE: f64 = 4e-3;
 
-/// Exponent of the heaviest noise tails that are allowed for: Student's t with three degrees of freedom.
+/// Exponent of the heaviest noise tails that are allowed for: Student's t with three degrees of freedom. Noise that is
+/// seen to have lighter tails, by so many standard deviations of their exponent, is granted no heavier ones.
 const TAIL: f64 = 3.0;
+const SEEN_TAIL: f64 = 2.0;
 
 /// Largest squared score that counts for one spot: the largest alone do not tell what all have in common.
 const MOST_OF_ONE: f64 = 100.0;
@@ -81,6 +83,10 @@ const OTHER_SHAPE: f64 = 0.1;
 /// Share of a score's noise that another width does not have in common: pulses whose widths differ by √2 share most
 /// rows.
 const OWN_NOISE: f64 = 0.5;
+
+/// Distance, in standard deviations, from which one duration is the better fit for certain: it is one of more widths
+/// that are tried.
+const SURELY: f64 = 2.0;
 
 /// Reach of a spot to either side, in its lengths, and at least, in rows.
 const REACH: f64 = 2.0;
@@ -146,9 +152,12 @@ pub(crate) fn spots(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64
         ladder(SHORTEST_M, LENGTHS).map(|length_m| (length_m, Pulses::of(&tracks, Width::Length(length_m)))).collect();
     let evidence = |index: &usize| lengths[*index].1.evidence;
     let best = (0..lengths.len()).max_by(|a, b| evidence(a).total_cmp(&evidence(b)))?;
+    let by_chance = |(length_m, spots): &(f64, Pulses)| {
+        let by_count = at_least(spots.braking.len(), spots.pushing, 0.5);
+        by_count.min(so_high(&tracks, spots, Width::Length(*length_m)))
+    };
+    let p = (lengths.iter().map(by_chance).fold(1.0, f64::min) * f64::from(LENGTHS)).min(1.0);
     let spots = &lengths[best].1;
-    let by_count = at_least(spots.braking.len(), spots.pushing, 0.5);
-    let p = (by_count.min(so_high(&tracks, spots, Width::Length(lengths[best].0))) * f64::from(LENGTHS)).min(1.0);
     if p > CHANCE {
         return None;
     }
@@ -247,15 +256,16 @@ fn so_high(tracks: &[Track], spots: &Pulses, width: Width) -> f64 {
     if spots.braking.len() < FEWEST {
         return 1.0;
     }
-    let of_track = |(track, scores): (&Track, &Vec<f64>)| {
+    let of_track = |(track, scores): (&Track, &Vec<f64>)| -> Vec<f64> {
         let peaks = outstanding(track, scores, ORDINARY, |n| is_one(track, scores[n], n, width));
-        peaks.into_iter().map(|n| -scores[n]).fold(ORDINARY, f64::max)
+        peaks.into_iter().map(|n| -scores[n]).filter(|score| *score > ORDINARY).collect()
     };
-    let pushing = tracks.iter().zip(&spots.scores).map(of_track).fold(ORDINARY, f64::max);
-    beyond(spots.braking.iter().map(|(track, n)| spots.scores[*track][*n]).collect(), pushing)
+    let pushing: Vec<f64> = tracks.iter().zip(&spots.scores).flat_map(of_track).collect();
+    beyond(spots.braking.iter().map(|(track, n)| spots.scores[*track][*n]).collect(), &pushing)
 }
 
 /// Probability of scores so far beyond the highest of the opposite sign, if noise has equal tails on both sides.
+/// `others`: those of the opposite sign beyond [`ORDINARY`].
 ///
 /// ```text
 /// k scores beyond c times the highest of the others:  p = (1 + c^a)^-k,  a: exponent of the tails
@@ -263,10 +273,22 @@ fn so_high(tracks: &[Track], spots: &Pulses, width: Width) -> f64 {
 ///
 /// The number expected beyond the highest of the others is exponential with mean 1, and beyond `c` times it is `c^-a`
 /// of that. The result is the best over all `k`, each of which may use `2^-k` of the level.
-fn beyond(mut scores: Vec<f64>, highest_of_others: f64) -> f64 {
+fn beyond(mut scores: Vec<f64>, others: &[f64]) -> f64 {
     scores.sort_by(|a, b| b.total_cmp(a));
-    let of = |(k, score): (usize, &f64)| (2.0 / (1.0 + (score / highest_of_others).powf(TAIL))).powf(k as f64 + 1.0);
+    let (highest, tail) = (others.iter().copied().fold(ORDINARY, f64::max), tail(others));
+    let of = |(k, score): (usize, &f64)| (2.0 / (1.0 + (score / highest).powf(tail))).powf(k as f64 + 1.0);
     scores.iter().enumerate().map(of).fold(1.0, f64::min)
+}
+
+/// Exponent of the heaviest tails that scores beyond [`ORDINARY`] may have, at least [`TAIL`].
+///
+/// ```text
+/// a = n / Σ ln(score / ORDINARY),  with a standard deviation of a/√n        (Hill, Annals of Statistics 3, 1975)
+/// ```
+fn tail(scores: &[f64]) -> f64 {
+    let (n, logarithms) = (scores.len() as f64, scores.iter().map(|score| (score / ORDINARY).ln()).sum::<f64>());
+    let exponent = n / logarithms * (1.0 - SEEN_TAIL / n.sqrt());
+    if exponent.is_finite() { exponent.max(TAIL) } else { TAIL }
 }
 
 /// What spots have in common.
@@ -293,7 +315,7 @@ fn common(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize) -> Common {
         let variance = |spot: &(usize, usize)| peak(&lengths[best].1, *spot).powi(-2);
         let noise = OWN_NOISE * spots.iter().map(variance).sum::<f64>().sqrt() / spots.len() as f64;
         return match ahead {
-            _ if ahead < -noise => Common::Duration,
+            _ if ahead < -SURELY * noise => Common::Duration,
             _ if ahead < noise || is_at_one_speed(tracks, spots) => Common::Either,
             _ => Common::Length,
         };
@@ -499,6 +521,61 @@ mod tests {
         assert!((fitting(&highest, &spots) - 100.0f64.ln() / 2.0).abs() < 1e-12);
     }
 
+    /// Twin pulses of one length, most of them at one low speed: no duration fits them as it fits spikes.
+    #[test]
+    fn few_spots_are_no_spikes_because_a_duration_fits_them_as_well() {
+        let of = |row_m: f64, at: &[usize], width_m: Option<f64>| {
+            let travel_m: Vec<f64> = (0..4000).map(|n| row_m * f64::from(n)).collect();
+            let pulse = |n: usize, at: usize| {
+                let u = (travel_m[n] - travel_m[at]) / width_m.unwrap_or(8.0 * row_m);
+                let hill = |u: f64| if u.abs() < 0.5 { 1.0 + (2.0 * std::f64::consts::PI * u).cos() } else { 0.0 };
+                1.8 * (hill(u) + 0.6 * hill(u - 1.0))
+            };
+            let mut state = at[0] as u64;
+            let mut noise = || {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                (state >> 33) as f64 / f64::from(1u32 << 30) - 1.0
+            };
+            let left_n: Vec<f64> =
+                (0..4000).map(|n| noise() + at.iter().map(|at| pulse(n, *at)).sum::<f64>()).collect();
+            Track {
+                rows: 0..4000,
+                step_s: 5e-3,
+                speed_m_s: vec![row_m / 5e-3; 4000],
+                acceleration_m_s2: vec![0.0; 4000],
+                braking: left_n.clone(),
+                left_n,
+                compared: vec![true; 4000],
+                is_built_up: vec![true; 4000],
+                is_told: vec![true; 4000],
+                travel_m,
+            }
+        };
+        let what_they_have = |width_m: Option<f64>, at: [&[usize]; 3]| {
+            let tracks = [of(0.07e-3, at[0], width_m), of(0.31e-3, at[1], width_m), of(0.86e-3, at[2], width_m)];
+            let lengths: Vec<(f64, Pulses)> =
+                ladder(SHORTEST_M, LENGTHS).map(|m| (m, Pulses::of(&tracks, Width::Length(m)))).collect();
+            let best = (0..lengths.len()).max_by(|a, b| lengths[*a].1.evidence.total_cmp(&lengths[*b].1.evidence));
+            common(&tracks, &lengths, best.expect("some"))
+        };
+        let spots = what_they_have(Some(0.3e-3), [&[500, 1300, 2300], &[1000, 2700], &[500, 1500]]);
+        let spikes = what_they_have(None, [&[500, 1100, 1700, 2300, 2900], &[1000, 1900, 2700], &[500, 1500, 2500]]);
+        assert_eq!([spots, spikes], [Common::Either, Common::Duration]);
+    }
+
+    #[test]
+    fn tails_are_granted_as_heavy_as_they_may_be_by_what_pushes() {
+        // quantiles of tails with exponents 3 and 9
+        let pareto = |exponent: f64| -> Vec<f64> {
+            (0..60).map(|n| ORDINARY * ((f64::from(n) + 0.5) / 60.0).powf(-1.0 / exponent)).collect()
+        };
+        assert_eq!(tail(&pareto(3.0)), TAIL);
+        assert!((6.0..7.5).contains(&tail(&pareto(9.0))), "{}", tail(&pareto(9.0)));
+        assert_eq!([tail(&[]), tail(&[2.1]), tail(&[2.1; 3])], [TAIL; 3], "few tell nothing");
+        let (spots, light) = (vec![6.0; 4], pareto(9.0));
+        assert!(beyond(spots.clone(), &light) < 0.1 * beyond(spots, &[3.4]), "light tails make spots surer");
+    }
+
     /// Both signs have tails with the allowed exponent: no more than the level's share of recordings falls below it.
     #[test]
     fn tails_as_heavy_as_granted_are_no_more_often_so_high_than_said() {
@@ -512,7 +589,7 @@ mod tests {
             let mut side = || (0..40).map(|_| ORDINARY * uniform().powf(-1.0 / TAIL)).collect::<Vec<f64>>();
             let (braking, pushing) = (side(), side());
             let standing = braking.into_iter().filter(|score| *score > OUTSTANDING).collect();
-            p.push(beyond(standing, pushing.into_iter().fold(ORDINARY, f64::max)));
+            p.push(beyond(standing, &pushing));
         }
         for level in [0.1, 0.01, CHANCE / f64::from(LENGTHS)] {
             let below = p.iter().filter(|p| **p < level).count() as f64;

@@ -57,6 +57,24 @@ const UNKNOWN: f64 = 1e-100;
 /// Least share of the scatter within cells of speed that must vary with the acceleration to be an inertia.
 const IS_INERTIA: f64 = 0.5;
 
+/// Friction of a force without its inertia, N, positive against the motion. At rest, where a column does not contain it,
+/// that of the row of its part that moved last, or first where the part begins at rest; 0 in a part without motion.
+pub(super) fn drag(run: &Run, friction_n: impl Iterator<Item = f64>, direction: &[f64]) -> Vec<f64> {
+    let mut drag: Vec<f64> = friction_n.zip(direction).map(|(friction, sign)| friction * sign).collect();
+    for rows in run.profile_parts() {
+        let moves = |n: &usize| direction[*n] != 0.0;
+        let mut last = rows.clone().find(moves).map_or(0.0, |n| drag[n]);
+        for n in rows {
+            if moves(&n) {
+                last = drag[n];
+            } else {
+                drag[n] = last;
+            }
+        }
+    }
+    drag
+}
+
 /// Force of the program, N, had it assumed another friction, preload and viscosity, and the inertia in it, N. Without a
 /// `preload_n` column, changing the preload has no effect.
 pub(super) fn changed(

@@ -130,6 +130,21 @@ fn what_is_missing_is_named() {
     assert_eq!(got.expect("complete").force_n[200], -3.0);
 }
 
+/// A lag of the friction, or what grows over a rest, begins from the friction that the carriage had, not from none.
+#[test]
+fn friction_of_a_column_is_held_while_the_carriage_rests() {
+    let speed = |n: usize| if (50..100).contains(&n) || (200..250).contains(&n) { -0.1 } else { 0.0 };
+    let column = Run {
+        velocity_m_s: Some((0..300).map(speed).collect()),
+        simulated_force_n: Some((0..300).map(|n| if speed(n) < 0.0 { -2.0 - 0.01 * n as f64 } else { 0.0 }).collect()),
+        ..run(300)
+    };
+    let got = steady(&simulation(""), &column).expect("complete");
+    let drag_n = [0, 60, 150, 220, 299].map(|n| got.drag_n[n]);
+    assert_eq!(drag_n, [2.5, 2.6, 2.99, 4.2, 4.49]);
+    assert_eq!([got.force_n[0], got.force_n[150]], [0.0, 0.0]);
+}
+
 #[test]
 fn no_preload_makes_no_drag_and_too_much_has_no_value() {
     let run = with(&run(400), |t| if t < 0.2 { 0.0 } else { 1e6 }, |_| 40.0);
