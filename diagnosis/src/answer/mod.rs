@@ -41,7 +41,7 @@ use crate::fit::rest::shares;
 use crate::fit::source::{UNEVEN_BY_NATURE, added, added_curves};
 use crate::nominal::Nominal;
 use crate::recording::side::Side;
-use crate::report::{DataQuality, Diagnosis, Finding, NextExperiment, Region, SCHEMA, Unexplained, Verdict};
+use crate::report::{DataQuality, Diagnosis, Finding, Holdout, NextExperiment, Region, SCHEMA, Unexplained, Verdict};
 use crate::search::case::{Case, Given};
 use crate::search::equivalents;
 use crate::search::found::Found;
@@ -144,10 +144,17 @@ fn of_members(
     };
     let mut findings: Vec<(Finding, Option<Region>)> = found.members.iter().enumerate().map(of).collect();
     doubt_beside_unknown(&mut findings, balance);
-    if let [(only, _)] = findings.as_mut_slice() {
-        doubt_absent(only, balance.unexplained);
+    match findings.as_mut_slice() {
+        [(only, _)] => doubt_absent(only, balance.unexplained),
+        several if is_worse(&proof.holdout) => several.iter_mut().for_each(|(finding, _)| doubt_absent_beside(finding)),
+        _ => {}
     }
     findings
+}
+
+/// Whether what was found makes the error on the held-out rows larger.
+fn is_worse(held: &Holdout) -> bool {
+    held.improvement_ci95[1] < 0.0 || held.rmse_after_n > WORSE * held.rmse_before_n.min(held.rmse_calibrated_n)
 }
 
 /// Adds warnings about the augmented simulation and the hold-out scores.
@@ -156,9 +163,7 @@ fn warn(found: &Found<'_>, proof: &Proof, warnings: &mut Vec<String>) {
     if !held.is_scored() {
         warnings.push("no row that was set aside can be compared: nothing is scored there".to_owned());
     }
-    let is_worse =
-        held.improvement_ci95[1] < 0.0 || held.rmse_after_n > WORSE * held.rmse_before_n.min(held.rmse_calibrated_n);
-    if !found.members.is_empty() && is_worse {
+    if !found.members.is_empty() && is_worse(held) {
         let text = "what was found makes the error larger on the rows that were set aside: it does not carry over, and the \
                     augmented simulation is not to be used there";
         warnings.push(text.to_owned());
@@ -202,10 +207,23 @@ fn doubt_beside_unknown(findings: &mut [(Finding, Option<Region>)], balance: &Ba
 /// Retracts the only name where most of the mismatch is unexplained and less than half of its own force is present on
 /// the held-out rows: it follows a part of something else.
 fn doubt_absent(only: &mut Finding, unexplained: f64) {
-    let is_steady_name = only.kind != "unknown" && !UNEVEN_BY_NATURE.iter().any(|id| only.id == id.name());
-    if is_steady_name && only.carried_over == Some(false) && unexplained > MOSTLY_UNKNOWN {
+    if is_absent(only) && unexplained > MOSTLY_UNKNOWN {
         take_for_unknown(only, "follows a part of it, which is not there on the rows that were set aside,");
     }
+}
+
+/// Retracts one of several names, which together make the error on the held-out rows larger, if less than half of its
+/// own force is present there.
+fn doubt_absent_beside(finding: &mut Finding) {
+    if is_absent(finding) {
+        take_for_unknown(finding, "follows a part of it here, but not on the rows that were set aside,");
+    }
+}
+
+/// Whether a finding is a name whose force is not there on the held-out rows, although it would have to be.
+fn is_absent(finding: &Finding) -> bool {
+    let is_steady_name = finding.kind != "unknown" && !UNEVEN_BY_NATURE.iter().any(|id| finding.id == id.name());
+    is_steady_name && finding.carried_over == Some(false)
 }
 
 /// Retracts a name. `why`: what its cause does, in words.
@@ -355,5 +373,25 @@ mod tests {
         for id in UNEVEN_BY_NATURE {
             assert_eq!(alone(id, Some(false), 0.8).id, id.name());
         }
+    }
+
+    #[test]
+    fn one_of_several_names_is_taken_back_where_only_it_is_not_there_on_other_rows() {
+        let after = |carried_over: Option<bool>| {
+            let id = Id::MomentLoad.name().to_owned();
+            let mut one = Finding { id, kind: "physics", carried_over, ..finding::far_off(0.2) };
+            doubt_absent_beside(&mut one);
+            one.id
+        };
+        assert_eq!([Some(false), Some(true), None].map(after), ["unknown", "moment-load", "moment-load"]);
+        let held = |calibrated: f64, after: f64, ci95: [f64; 2]| Holdout {
+            rmse_before_n: 2.0,
+            rmse_calibrated_n: calibrated,
+            rmse_after_n: after,
+            improvement_ci95: ci95,
+            ..Holdout::default()
+        };
+        assert!(is_worse(&held(1.0, 1.2, [-0.3, 0.1])) && is_worse(&held(1.0, 1.05, [-0.1, -0.01])));
+        assert!(!is_worse(&held(1.0, 1.05, [-0.1, 0.05])) && !is_worse(&held(1.0, 0.4, [0.5, 0.7])));
     }
 }

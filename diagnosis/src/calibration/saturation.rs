@@ -1,6 +1,8 @@
 //! Saturation: the residual of a fit of everything that could be explained.
 //!
-//! Every curve along every axis takes part, beside the law's tangent. A curve over the time since a turn takes part
+//! Every curve along every axis takes part, beside the law's tangent. Parts of the profile count by how quiet they are:
+//! otherwise the curves would carry the noise of loud parts, slow in them as in all that curves follow, into quiet ones,
+//! where it would count as slow noise. A curve over the time since a turn takes part
 //! only where it follows most of what the others leave: a late or filtered force is wrong there for a few rows by far
 //! more than noise, which must not count as noise. The curves depend on the runs alone, so their columns and inner
 //! products are computed once.
@@ -38,6 +40,8 @@ pub(crate) struct Saturation {
     kept: Vec<f64>,
     /// Columns of a wave along the rail that is louder than the noise, one entry per row of all runs.
     wave: Vec<Vec<f64>>,
+    /// 1/σ of the fast noise; one entry per row of all runs.
+    quietness: Vec<f64>,
     /// Rows per average.
     together: usize,
 }
@@ -48,6 +52,8 @@ impl Saturation {
     pub(crate) fn new(rows: &Rows, contexts: &[Context<'_>], compared: &[bool], tones: &[Curve]) -> Self {
         // averages are blind to periods of a few of their rows
         let together = if tones.is_empty() && rows.len() > MANY { AVERAGED } else { 1 };
+        let force_n: Vec<f64> = contexts.iter().flat_map(|context| &context.run.drag_force_n).copied().collect();
+        let quietness = rows.quietness(&force_n);
         let mut curves = story::all(contexts, compared);
         curves.extend_from_slice(tones);
         curves.extend(story::since_turn(contexts));
@@ -58,13 +64,13 @@ impl Saturation {
                     all.extend(own.into_iter().map(|x| if x.is_finite() { x } else { 0.0 }));
                 }
             }
-            of_runs.iter().map(|column| averaged(rows, column, together)).collect()
+            of_runs.iter().map(|column| averaged(rows, column, &quietness, together)).collect()
         };
         let columns: Vec<Vec<f32>> = curves.par_iter().flat_map_iter(of_curve).collect();
         let mut all = Symmetric::zeros(columns.len());
         fill(&mut all, &columns.iter().map(Vec::as_slice).collect::<Vec<_>>(), 0);
-        let mut saturation =
-            Saturation { curves, columns, products: all, kept: Vec::new(), wave: Vec::new(), together };
+        let (kept, wave) = (Vec::new(), Vec::new());
+        let mut saturation = Saturation { curves, columns, products: all, kept, wave, quietness, together };
         saturation.kept = saturation.kept_of_noise(rows, contexts);
         saturation
     }
@@ -79,7 +85,10 @@ impl Saturation {
     fn kept_of_noise(&self, rows: &Rows, contexts: &[Context<'_>]) -> Vec<f64> {
         let of_drawing = |drawn: u64| {
             let noise: Vec<f64> = contexts.iter().enumerate().flat_map(|(run, c)| wandering(c, drawn, run)).collect();
-            (rows.slowness(&noise), rows.slowness(&self.rest(rows, contexts, &noise, &[], &[])))
+            let loud: Vec<f64> =
+                noise.iter().zip(&self.quietness).map(|(noise, quietness)| noise / quietness).collect();
+            let rest = self.rest(rows, contexts, &loud, &[], &[]);
+            (rows.slowness(&noise), rows.slowness(&times(&rest, &self.quietness)))
         };
         let drawings: Vec<(Vec<f64>, Vec<f64>)> = (0..DRAWN).into_par_iter().map(of_drawing).collect();
         let (mut whole, mut left) = (Vec::new(), Vec::new());
@@ -150,7 +159,7 @@ impl Saturation {
 
 impl Saturation {
     fn averaged(&self, rows: &Rows, column: &[f64]) -> Vec<f32> {
-        averaged(rows, column, self.together)
+        averaged(rows, column, &self.quietness, self.together)
     }
 
     /// Heights of the columns with Gram matrix `a`, fitted to a mismatch with the products `b` with them and `square`
@@ -198,6 +207,10 @@ fn wandering(context: &Context<'_>, drawn: u64, run: usize) -> Vec<f64> {
     out
 }
 
+fn times(column: &[f64], by: &[f64]) -> Vec<f64> {
+    column.iter().zip(by).map(|(x, by)| x * by).collect()
+}
+
 fn add(sum: &mut Vec<f64>, more: &[f64]) {
     sum.resize(more.len().max(sum.len()), 0.0);
     sum.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
@@ -210,7 +223,53 @@ fn fill(a: &mut Symmetric, columns: &[&[f32]], first: usize) {
     }
 }
 
-fn averaged(rows: &Rows, column: &[f64], together: usize) -> Vec<f32> {
-    let plain = rows.plain(column);
+fn averaged(rows: &Rows, column: &[f64], quietness: &[f64], together: usize) -> Vec<f32> {
+    let plain = rows.plain(&times(column, quietness));
     plain.chunks(together).map(|chunk| (chunk.iter().sum::<f64>() / chunk.len() as f64) as f32).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use simulation::Simulation;
+    use simulation::motion::Motion;
+    use simulation::run::{Break, Part, Run};
+
+    use super::*;
+    use crate::numbers::statistics::rms;
+
+    /// One run of a minute, back and forth over the same stroke with its own time of a stroke, in white noise.
+    fn run(of: u64, period_s: f64, noise_n: f64) -> Run {
+        let time_s: Vec<f64> = (0..6000).map(|n| 0.01 * f64::from(n)).collect();
+        let phase = |t: &f64| std::f64::consts::TAU * t / period_s;
+        let mut noise = Noise::new(7, of);
+        Run {
+            drag_force_n: time_s.iter().map(|_| noise_n * noise.gaussian()).collect(),
+            position_m: Some(time_s.iter().map(|t| -0.2 * libm::cos(phase(t))).collect()),
+            velocity_m_s: Some(time_s.iter().map(|t| 0.4 * 3.1416 / period_s * libm::sin(phase(t))).collect()),
+            parts: vec![Part { rows: 0..time_s.len(), segment: None, starts: Break::Start }],
+            time_s,
+            ..Run::default()
+        }
+    }
+
+    #[test]
+    fn curves_carry_no_noise_of_a_loud_run_into_a_quiet_one() {
+        let file = "schema = \"guideblock.simulation/1\"\n[guide]\nlaw = \"coulomb-viscous\"\ncoulomb_n = 5\n\
+                    viscous_n_s_m = 20\noffset_n = 0\n[axis]\nmoved_mass_kg = 10";
+        let simulation = Simulation::from_toml(file).expect("legal");
+        let runs = [run(0, 7.0, 1.0), run(1, 11.0, 0.03)];
+        let motions: Vec<Motion> = runs.iter().map(Motion::of).collect();
+        let contexts: Vec<Context> = runs
+            .iter()
+            .zip(&motions)
+            .map(|(run, motion)| Context::of(&simulation, run, motion).expect("complete"))
+            .collect();
+        let compared = vec![true; 12_000];
+        let rows = Rows::new(&runs, &compared, 1);
+        let noise: Vec<f64> = runs.iter().flat_map(|run| &run.drag_force_n).copied().collect();
+        let left = Saturation::new(&rows, &contexts, &compared, &[]).rest(&rows, &contexts, &noise, &[], &[]);
+        let slow = |left: &[f64]| rms(&left.chunks(100).map(|x| x.iter().sum::<f64>() / 10.0).collect::<Vec<_>>());
+        assert!((0.5..1.1).contains(&slow(&left[..6000])), "{}", slow(&left[..6000]));
+        assert!(slow(&left[6000..]) < 1.1 * 0.03, "{} of 0.03 N", slow(&left[6000..]));
+    }
 }

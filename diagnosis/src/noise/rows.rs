@@ -40,6 +40,9 @@ const STANDS_OUT: f64 = 6.0;
 /// Residuals of more standard deviations than this pull no harder (Huber) on a law that lacks some of the causes.
 const HUBER: f64 = 1.5;
 
+/// Least noise of a part, as a share of the loudest part's: without any, a part would decide every fit.
+const QUIETEST: f64 = 1e-3;
+
 /// Rows of one part between two long gaps.
 #[derive(Clone, Debug)]
 struct Stretch {
@@ -364,6 +367,28 @@ impl Rows {
             rows
         };
         self.chains.iter().map(of_chain).collect()
+    }
+
+    /// 1/σ of the fast noise of every part of the profile, for every row of all runs: from second differences of a
+    /// column (one entry per row of all runs), in which nothing slow is left. 1 where nothing is compared.
+    pub(crate) fn quietness(&self, column: &[f64]) -> Vec<f64> {
+        let plain = self.plain(column);
+        let of_group = |rows: &Range<usize>| {
+            let bends: Vec<f64> = plain[rows.clone()].windows(3).map(|x| x[0] - 2.0 * x[1] + x[2]).collect();
+            robust_sigma(&bends) / 6f64.sqrt()
+        };
+        let sigmas: Vec<f64> = self.groups.iter().map(of_group).collect();
+        let loudest = sigmas.iter().copied().fold(0.0, f64::max);
+        let least = (self.step_n / 12f64.sqrt()).max(QUIETEST * loudest);
+        let mut out = vec![1.0; self.starts.last().copied().unwrap_or(0)];
+        for stretch in &self.stretches {
+            let from = self.starts[stretch.run];
+            let sigma = sigmas[stretch.group].max(least);
+            if sigma > 0.0 {
+                out[from + stretch.rows.start..from + stretch.rows.end].fill(1.0 / sigma);
+            }
+        }
+        out
     }
 
     /// Variance of a column's rows by [`slowness`].

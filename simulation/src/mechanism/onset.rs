@@ -23,6 +23,9 @@ const CLEAR: f64 = 4.0;
 /// Most rows beside a rest, as the law sees it, among which the carriage must have left it.
 const NEAR: usize = 12;
 
+/// Rows at either end of a rest, as the law sees it, in which the carriage may move: less than the law's slowest motion.
+const UNSEEN: usize = 2;
+
 /// Starts and stops of a run.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Onsets {
@@ -47,11 +50,13 @@ impl Onsets {
                 let is_near = |n: &usize| direction[*n] != 0.0;
                 let behind: Vec<usize> = (rest.end..part.rows.end).take(NEAR).take_while(is_near).collect();
                 if let Some(time) = leaves(run, motion, (&rest, step_m), &behind) {
-                    onsets.set(run, time, rest.end..rest.end + behind.len(), true);
+                    let from = rest.end.saturating_sub(UNSEEN).max(rest.start);
+                    onsets.set(run, time, from..rest.end + behind.len(), true);
                 }
                 let before: Vec<usize> = (part.rows.start..rest.start).rev().take(NEAR).take_while(is_near).collect();
                 if let Some(time) = leaves(run, motion, (&rest, step_m), &before) {
-                    onsets.set(run, time, rest.start - before.len()..rest.start, false);
+                    let to = (rest.start + UNSEEN).min(rest.end);
+                    onsets.set(run, time, rest.start - before.len()..to, false);
                 }
             }
         }

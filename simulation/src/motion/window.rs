@@ -35,9 +35,17 @@ pub fn calm(run: &Run, column: &[f64]) -> Vec<f64> {
     widened(&run.time_s, column, &run.part_rows(), run.step_s(), 0, level).1
 }
 
-/// First derivative over the largest agreeing window, at least `reach` rows to either side.
+/// First derivative over the largest agreeing window, at least `reach` rows to either side; the [`sharp_slope`] where
+/// that window is biased already.
 pub(super) fn calm_slope(time: &[f64], column: &[f64], parts: &[Range<usize>], step_s: f64, reach: usize) -> Vec<f64> {
-    widened(time, column, parts, step_s, reach, Wanted { derivative: 1, accepted: CALM }).1
+    let mut calm = widened(time, column, parts, step_s, reach, Wanted { derivative: 1, accepted: CALM }).1;
+    let (plain, sharp) = (slope(time, column, parts, reach), sharp_slope(time, column, parts, step_s, reach));
+    for ((calm, plain), sharp) in calm.iter_mut().zip(plain).zip(sharp) {
+        if sharp != plain {
+            *calm = sharp;
+        }
+    }
+    calm
 }
 
 /// Rows to either side for which the slope of `column` per row has the standard deviation `noise`: a slope fitted to N
@@ -48,21 +56,27 @@ pub(super) fn reach(column: &[f64], parts: &[Range<usize>], noise: f64) -> usize
     ((0.5 * rows).ceil() as usize).clamp(FEWEST, MAX_REACH)
 }
 
-/// Standard deviation of the noise in a column.
+/// Standard deviation of the noise in a column, from the differences that contain the least of the motion: a smooth one
+/// vanishes in the third, one that swings within a few rows in the fifth.
 fn sigma(column: &[f64], parts: &[Range<usize>]) -> f64 {
-    // third differences of a smooth motion vanish; those of white noise have 20 times its variance. A jerk makes large
-    // ones that are no noise: the largest twentieth is left out
-    let mut squares: Vec<f64> = Vec::new();
-    for rows in parts {
-        squares.extend(column[rows.clone()].windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).powi(2)));
-    }
+    let third = of_differences(column, parts, [1.0, -3.0, 3.0, -1.0]);
+    third.min(of_differences(column, parts, [1.0, -5.0, 10.0, -10.0, 5.0, -1.0]))
+}
+
+/// Standard deviation of white noise that has these differences. A jerk makes large ones that are no noise: the largest
+/// twentieth is left out.
+fn of_differences<const ROWS: usize>(column: &[f64], parts: &[Range<usize>], weights: [f64; ROWS]) -> f64 {
+    let of_row = |rows: &[f64]| rows.iter().zip(weights).map(|(x, weight)| weight * x).sum::<f64>().powi(2);
+    let windows = parts.iter().flat_map(|rows| column[rows.clone()].windows(ROWS));
+    let mut squares: Vec<f64> = windows.map(of_row).collect();
     let kept = squares.len() - squares.len() / 20;
     if kept < squares.len() {
         squares.select_nth_unstable_by(kept, f64::total_cmp);
         squares.truncate(kept);
     }
     let mean = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
-    (mean / (20.0 * LEFT_OF_VARIANCE)).sqrt()
+    let of_white = weights.iter().map(|weight| weight * weight).sum::<f64>();
+    (mean / (of_white * LEFT_OF_VARIANCE)).sqrt()
 }
 
 pub(super) fn rms(column: &[f64]) -> f64 {
@@ -72,6 +86,34 @@ pub(super) fn rms(column: &[f64]) -> f64 {
 /// First derivative of the parabola through the window.
 pub(super) fn slope(time: &[f64], column: &[f64], parts: &[Range<usize>], reach: usize) -> Vec<f64> {
     local(time, column, parts, reach, |[_, b, _]| b)
+}
+
+/// First derivative without the bias of its window, where that exceeds the noise of half the window.
+///
+/// ```text
+/// slope of the parabola through 2r + 1 rows = V + β(r) Δt² V'',  β(r) = (3r² + 3r - 1)/30,  variance σ²/(Δt² S(r)),
+/// S(r) = r(r + 1)(2r + 1)/3
+/// ```
+///
+/// The windows `r` and `r/2` together tell what neither has. It stays the slope of the whole window where the two agree
+/// within the noise, where one of them rests or turns back, and near the border of a part.
+pub(super) fn sharp_slope(time: &[f64], column: &[f64], parts: &[Range<usize>], step_s: f64, reach: usize) -> Vec<f64> {
+    let half = (reach / 2).max(1);
+    let (mut long, short) = (slope(time, column, parts, reach), slope(time, column, parts, half));
+    let bias = |r: usize| ((3 * r * r + 3 * r) as f64 - 1.0) / 30.0;
+    let squares = |r: usize| (r * (r + 1) * (2 * r + 1)) as f64 / 3.0;
+    let more = bias(half) / (bias(reach) - bias(half));
+    let noise = sigma(column, parts) / step_s * (1.0 / squares(half) - 1.0 / squares(reach)).sqrt();
+    for rows in parts.iter().filter(|rows| rows.len() > 2 * reach) {
+        for n in rows.start + reach..rows.end - reach {
+            let bent = short[n] - long[n];
+            let sharp = short[n] + more * bent;
+            if bent.abs() > ALIKE * noise && short[n] * long[n] > 0.0 && sharp * long[n] > 0.0 {
+                long[n] = sharp;
+            }
+        }
+    }
+    long
 }
 
 /// Second derivative.
