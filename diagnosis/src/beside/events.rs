@@ -84,10 +84,6 @@ const OTHER_SHAPE: f64 = 0.1;
 /// rows.
 const OWN_NOISE: f64 = 0.5;
 
-/// Distance, in standard deviations, from which one duration is the better fit for certain: it is one of more widths
-/// that are tried.
-const SURELY: f64 = 2.0;
-
 /// Reach of a spot to either side, in its lengths, and at least, in rows.
 const REACH: f64 = 2.0;
 const MARGIN: usize = 2;
@@ -152,12 +148,9 @@ pub(crate) fn spots(side: &Side<'_>, rows: &Rows, compared: &[bool], left: &[f64
         ladder(SHORTEST_M, LENGTHS).map(|length_m| (length_m, Pulses::of(&tracks, Width::Length(length_m)))).collect();
     let evidence = |index: &usize| lengths[*index].1.evidence;
     let best = (0..lengths.len()).max_by(|a, b| evidence(a).total_cmp(&evidence(b)))?;
-    let by_chance = |(length_m, spots): &(f64, Pulses)| {
-        let by_count = at_least(spots.braking.len(), spots.pushing, 0.5);
-        by_count.min(so_high(&tracks, spots, Width::Length(*length_m)))
-    };
-    let p = (lengths.iter().map(by_chance).fold(1.0, f64::min) * f64::from(LENGTHS)).min(1.0);
     let spots = &lengths[best].1;
+    let by_count = at_least(spots.braking.len(), spots.pushing, 0.5);
+    let p = (by_count.min(so_high(&tracks, spots, Width::Length(lengths[best].0))) * f64::from(LENGTHS)).min(1.0);
     if p > CHANCE {
         return None;
     }
@@ -315,7 +308,7 @@ fn common(tracks: &[Track], lengths: &[(f64, Pulses)], best: usize) -> Common {
         let variance = |spot: &(usize, usize)| peak(&lengths[best].1, *spot).powi(-2);
         let noise = OWN_NOISE * spots.iter().map(variance).sum::<f64>().sqrt() / spots.len() as f64;
         return match ahead {
-            _ if ahead < -SURELY * noise => Common::Duration,
+            _ if ahead < -noise => Common::Duration,
             _ if ahead < noise || is_at_one_speed(tracks, spots) => Common::Either,
             _ => Common::Length,
         };
@@ -519,48 +512,6 @@ mod tests {
         let (all, highest) = (of([90.0, 5.0, 20.0, 0.0]), of([100.0, -3.0, 0.0, 0.5]));
         assert!((fitting(&all, &spots) - (90.0f64 * 20.0).ln() / 2.0).abs() < 1e-12);
         assert!((fitting(&highest, &spots) - 100.0f64.ln() / 2.0).abs() < 1e-12);
-    }
-
-    /// Twin pulses of one length, most of them at one low speed: no duration fits them as it fits spikes.
-    #[test]
-    fn few_spots_are_no_spikes_because_a_duration_fits_them_as_well() {
-        let of = |row_m: f64, at: &[usize], width_m: Option<f64>| {
-            let travel_m: Vec<f64> = (0..4000).map(|n| row_m * f64::from(n)).collect();
-            let pulse = |n: usize, at: usize| {
-                let u = (travel_m[n] - travel_m[at]) / width_m.unwrap_or(8.0 * row_m);
-                let hill = |u: f64| if u.abs() < 0.5 { 1.0 + (2.0 * std::f64::consts::PI * u).cos() } else { 0.0 };
-                1.8 * (hill(u) + 0.6 * hill(u - 1.0))
-            };
-            let mut state = at[0] as u64;
-            let mut noise = || {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                (state >> 33) as f64 / f64::from(1u32 << 30) - 1.0
-            };
-            let left_n: Vec<f64> =
-                (0..4000).map(|n| noise() + at.iter().map(|at| pulse(n, *at)).sum::<f64>()).collect();
-            Track {
-                rows: 0..4000,
-                step_s: 5e-3,
-                speed_m_s: vec![row_m / 5e-3; 4000],
-                acceleration_m_s2: vec![0.0; 4000],
-                braking: left_n.clone(),
-                left_n,
-                compared: vec![true; 4000],
-                is_built_up: vec![true; 4000],
-                is_told: vec![true; 4000],
-                travel_m,
-            }
-        };
-        let what_they_have = |width_m: Option<f64>, at: [&[usize]; 3]| {
-            let tracks = [of(0.07e-3, at[0], width_m), of(0.31e-3, at[1], width_m), of(0.86e-3, at[2], width_m)];
-            let lengths: Vec<(f64, Pulses)> =
-                ladder(SHORTEST_M, LENGTHS).map(|m| (m, Pulses::of(&tracks, Width::Length(m)))).collect();
-            let best = (0..lengths.len()).max_by(|a, b| lengths[*a].1.evidence.total_cmp(&lengths[*b].1.evidence));
-            common(&tracks, &lengths, best.expect("some"))
-        };
-        let spots = what_they_have(Some(0.3e-3), [&[500, 1300, 2300], &[1000, 2700], &[500, 1500]]);
-        let spikes = what_they_have(None, [&[500, 1100, 1700, 2300, 2900], &[1000, 1900, 2700], &[500, 1500, 2500]]);
-        assert_eq!([spots, spikes], [Common::Either, Common::Duration]);
     }
 
     #[test]

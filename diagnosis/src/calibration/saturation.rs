@@ -40,7 +40,7 @@ pub(crate) struct Saturation {
     kept: Vec<f64>,
     /// Columns of a wave along the rail that is louder than the noise, one entry per row of all runs.
     wave: Vec<Vec<f64>>,
-    /// 1/σ of the fast noise; one entry per row of all runs.
+    /// How much quieter a row's part is than the loudest; one entry per row of all runs.
     quietness: Vec<f64>,
     /// Rows per average.
     together: usize,

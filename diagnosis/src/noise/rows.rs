@@ -369,8 +369,9 @@ impl Rows {
         self.chains.iter().map(of_chain).collect()
     }
 
-    /// 1/σ of the fast noise of every part of the profile, for every row of all runs: from second differences of a
-    /// column (one entry per row of all runs), in which nothing slow is left. 1 where nothing is compared.
+    /// How much quieter the fast noise of every part of the profile is than the loudest, for every row of all runs: from
+    /// second differences of a column (one entry per row of all runs), in which nothing slow is left. 1 where nothing is
+    /// compared.
     pub(crate) fn quietness(&self, column: &[f64]) -> Vec<f64> {
         let plain = self.plain(column);
         let of_group = |rows: &Range<usize>| {
@@ -384,8 +385,8 @@ impl Rows {
         for stretch in &self.stretches {
             let from = self.starts[stretch.run];
             let sigma = sigmas[stretch.group].max(least);
-            if sigma > 0.0 {
-                out[from + stretch.rows.start..from + stretch.rows.end].fill(1.0 / sigma);
+            if loudest > sigma {
+                out[from + stretch.rows.start..from + stretch.rows.end].fill(loudest / sigma);
             }
         }
         out
