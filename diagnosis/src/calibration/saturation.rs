@@ -245,7 +245,9 @@ mod tests {
         Run {
             drag_force_n: time_s.iter().map(|_| noise_n * noise.gaussian()).collect(),
             position_m: Some(time_s.iter().map(|t| -0.2 * libm::cos(phase(t))).collect()),
-            velocity_m_s: Some(time_s.iter().map(|t| 0.4 * 3.1416 / period_s * libm::sin(phase(t))).collect()),
+            velocity_m_s: Some(
+                time_s.iter().map(|t| 0.2 * std::f64::consts::TAU / period_s * libm::sin(phase(t))).collect(),
+            ),
             parts: vec![Part { rows: 0..time_s.len(), segment: None, starts: Break::Start }],
             time_s,
             ..Run::default()
