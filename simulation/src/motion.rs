@@ -1,7 +1,8 @@
 //! Position, velocity and acceleration of every row of a run, from what was measured.
 //!
 //! What was not measured is derived in windows as short as the encoder's noise allows (`window.rs`): noise of the
-//! velocity falls with the 1.5th power of their length, and faster changes are lost. Noise of a second derivative falls
+//! velocity falls with the 1.5th power of their length, and faster changes are lost, but for what two windows tell
+//! together of a velocity that swings within a few rows. Noise of a second derivative falls
 //! with the 2.5th power and is far larger: an acceleration from positions therefore has its own window, which grows row
 //! by row as far as the motion is smooth.
 
