@@ -96,7 +96,7 @@ pub(super) fn slope(time: &[f64], column: &[f64], parts: &[Range<usize>], reach:
 /// ```
 ///
 /// The windows `r` and `r/2` together tell what neither has. It stays the slope of the whole window where the two agree
-/// within the noise, where one of them rests or turns back, and near the border of a part.
+/// within the noise in a row or beside it, where one of them rests or turns back, and near the border of a part.
 pub(super) fn sharp_slope(time: &[f64], column: &[f64], parts: &[Range<usize>], step_s: f64, reach: usize) -> Vec<f64> {
     let half = (reach / 2).max(1);
     let (mut long, short) = (slope(time, column, parts, reach), slope(time, column, parts, half));
@@ -104,11 +104,13 @@ pub(super) fn sharp_slope(time: &[f64], column: &[f64], parts: &[Range<usize>], 
     let squares = |r: usize| (r * (r + 1) * (2 * r + 1)) as f64 / 3.0;
     let more = bias(half) / (bias(reach) - bias(half));
     let noise = sigma(column, parts) / step_s * (1.0 / squares(half) - 1.0 / squares(reach)).sqrt();
+    let bent: Vec<f64> = short.iter().zip(&long).map(|(short, long)| short - long).collect();
     for rows in parts.iter().filter(|rows| rows.len() > 2 * reach) {
         for n in rows.start + reach..rows.end - reach {
-            let bent = short[n] - long[n];
-            let sharp = short[n] + more * bent;
-            if bent.abs() > ALIKE * noise && short[n] * long[n] > 0.0 && sharp * long[n] > 0.0 {
+            // a bias is alike in neighbouring rows, the counts of an encoder are not
+            let is_biased = (n - 1..n + 2).all(|m| bent[m] * bent[n] > ALIKE * noise * bent[n].abs());
+            let sharp = short[n] + more * bent[n];
+            if is_biased && short[n] * long[n] > 0.0 && sharp * long[n] > 0.0 {
                 long[n] = sharp;
             }
         }
