@@ -10,7 +10,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use simulation::run::{Break, Run};
 
-use crate::noise::{Course, MAX_ORDER, Whitening, slowness};
+use crate::noise::{Course, MAX_ORDER, Whitening, slowness, third_differences};
 use crate::numbers::bridge::{bridge, gaps};
 use crate::numbers::linear::Symmetric;
 use crate::numbers::rounding::{following, is_coarse, quantum};
@@ -370,14 +370,11 @@ impl Rows {
     }
 
     /// How much quieter the fast noise of every part of the profile is than the loudest, for every row of all runs: from
-    /// second differences of a column (one entry per row of all runs), in which nothing slow is left. 1 where nothing is
+    /// third differences of a column (one entry per row of all runs), in which nothing slow is left. 1 where nothing is
     /// compared.
     pub(crate) fn quietness(&self, column: &[f64]) -> Vec<f64> {
         let plain = self.plain(column);
-        let of_group = |rows: &Range<usize>| {
-            let bends: Vec<f64> = plain[rows.clone()].windows(3).map(|x| x[0] - 2.0 * x[1] + x[2]).collect();
-            robust_sigma(&bends) / 6f64.sqrt()
-        };
+        let of_group = |rows: &Range<usize>| robust_sigma(&third_differences(&plain[rows.clone()]));
         let sigmas: Vec<f64> = self.groups.iter().map(of_group).collect();
         let loudest = sigmas.iter().copied().fold(0.0, f64::max);
         let least = (self.step_n / 12f64.sqrt()).max(QUIETEST * loudest);
