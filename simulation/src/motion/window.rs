@@ -35,17 +35,11 @@ pub fn calm(run: &Run, column: &[f64]) -> Vec<f64> {
     widened(&run.time_s, column, &run.part_rows(), run.step_s(), 0, level).1
 }
 
-/// First derivative over the largest agreeing window, at least `reach` rows to either side; the [`sharp_slope`] where
-/// that window is biased already.
+/// First derivative over the largest agreeing window, at least `reach` rows to either side; of [`TwoWindows`] where that
+/// window is biased already.
 pub(super) fn calm_slope(time: &[f64], column: &[f64], parts: &[Range<usize>], step_s: f64, reach: usize) -> Vec<f64> {
-    let mut calm = widened(time, column, parts, step_s, reach, Wanted { derivative: 1, accepted: CALM }).1;
-    let (plain, sharp) = (slope(time, column, parts, reach), sharp_slope(time, column, parts, step_s, reach));
-    for ((calm, plain), sharp) in calm.iter_mut().zip(plain).zip(sharp) {
-        if sharp != plain {
-            *calm = sharp;
-        }
-    }
-    calm
+    let calm = widened(time, column, parts, step_s, reach, Wanted { derivative: 1, accepted: CALM }).1;
+    TwoWindows::of(time, column, parts, reach).where_biased(calm, column, parts, step_s)
 }
 
 /// Rows to either side for which the slope of `column` per row has the standard deviation `noise`: a slope fitted to N
@@ -88,34 +82,66 @@ pub(super) fn slope(time: &[f64], column: &[f64], parts: &[Range<usize>], reach:
     local(time, column, parts, reach, |[_, b, _]| b)
 }
 
-/// First derivative without the bias of its window, where that exceeds the noise of half the window.
+/// First derivative, of [`TwoWindows`] where one is biased.
+pub(super) fn sharp_slope(time: &[f64], column: &[f64], parts: &[Range<usize>], step_s: f64, reach: usize) -> Vec<f64> {
+    let two = TwoWindows::of(time, column, parts, reach);
+    two.where_biased(two.long.clone(), column, parts, step_s)
+}
+
+/// First derivative in a window and in half of it, which together tell it without the bias of either.
 ///
 /// ```text
 /// slope of the parabola through 2r + 1 rows = V + β(r) Δt² V'',  β(r) = (3r² + 3r - 1)/30,  variance σ²/(Δt² S(r)),
 /// S(r) = r(r + 1)(2r + 1)/3
 /// ```
-///
-/// The windows `r` and `r/2` together tell what neither has. It stays the slope of the whole window where the two agree
-/// within the noise in a row or beside it, where one of them rests or turns back, and near the border of a part.
-pub(super) fn sharp_slope(time: &[f64], column: &[f64], parts: &[Range<usize>], step_s: f64, reach: usize) -> Vec<f64> {
-    let half = (reach / 2).max(1);
-    let (mut long, short) = (slope(time, column, parts, reach), slope(time, column, parts, half));
-    let bias = |r: usize| ((3 * r * r + 3 * r) as f64 - 1.0) / 30.0;
-    let squares = |r: usize| (r * (r + 1) * (2 * r + 1)) as f64 / 3.0;
-    let more = bias(half) / (bias(reach) - bias(half));
-    let noise = sigma(column, parts) / step_s * (1.0 / squares(half) - 1.0 / squares(reach)).sqrt();
-    let bent: Vec<f64> = short.iter().zip(&long).map(|(short, long)| short - long).collect();
-    for rows in parts.iter().filter(|rows| rows.len() > 2 * reach) {
-        for n in rows.start + reach..rows.end - reach {
-            // a bias is alike in neighbouring rows, the counts of an encoder are not
-            let is_biased = (n - 1..n + 2).all(|m| bent[m] * bent[n] > ALIKE * noise * bent[n].abs());
-            let sharp = short[n] + more * bent[n];
-            if is_biased && short[n] * long[n] > 0.0 && sharp * long[n] > 0.0 {
-                long[n] = sharp;
+pub(super) struct TwoWindows {
+    reach: usize,
+    long: Vec<f64>,
+    short: Vec<f64>,
+}
+
+impl TwoWindows {
+    pub(super) fn of(time: &[f64], column: &[f64], parts: &[Range<usize>], reach: usize) -> Self {
+        let of = |reach: usize| slope(time, column, parts, reach);
+        TwoWindows { reach, long: of(reach), short: of(half(reach)) }
+    }
+
+    /// Without the bias, but with the noise of both.
+    pub(super) fn sharp(&self, n: usize) -> f64 {
+        let bias = |r: usize| ((3 * r * r + 3 * r) as f64 - 1.0) / 30.0;
+        let (long, short) = (bias(self.reach), bias(half(self.reach)));
+        self.short[n] + short / (long - short) * self.bent(n)
+    }
+
+    fn bent(&self, n: usize) -> f64 {
+        self.short[n] - self.long[n]
+    }
+
+    /// A derivative `otherwise`, replaced where the windows differ by more than their noise, and by as much in the mean
+    /// of neighbouring rows: a bias is alike there, the counts of an encoder are not. Not replaced where one of them
+    /// rests or turns back, and near the border of a part.
+    fn where_biased(&self, otherwise: Vec<f64>, column: &[f64], parts: &[Range<usize>], step_s: f64) -> Vec<f64> {
+        let squares = |r: usize| (r * (r + 1) * (2 * r + 1)) as f64 / 3.0;
+        let noise =
+            sigma(column, parts) / step_s * (1.0 / squares(half(self.reach)) - 1.0 / squares(self.reach)).sqrt();
+        let mut out = otherwise;
+        for rows in parts.iter().filter(|rows| rows.len() > 2 * self.reach) {
+            for n in rows.start + self.reach..rows.end - self.reach {
+                let (bent, sharp) = (self.bent(n), self.sharp(n));
+                let around = (n - 1..n + 2).map(|m| self.bent(m)).sum::<f64>() / 3.0;
+                let is_biased = bent.abs().min(around * bent.signum()) > ALIKE * noise;
+                if is_biased && self.short[n] * self.long[n] > 0.0 && sharp * self.long[n] > 0.0 {
+                    out[n] = sharp;
+                }
             }
         }
+        out
     }
-    long
+}
+
+/// Half a window, rows to either side.
+fn half(reach: usize) -> usize {
+    (reach / 2).max(1)
 }
 
 /// Second derivative.
