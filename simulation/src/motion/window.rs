@@ -120,22 +120,20 @@ impl TwoWindows {
     /// A derivative `otherwise`, replaced where the windows differ by more than their noise, and by as much in the mean
     /// of neighbouring rows: a bias is alike there, the counts of an encoder are not. Not replaced where one of them
     /// rests or turns back, and near the border of a part.
-    fn where_biased(&self, otherwise: Vec<f64>, column: &[f64], parts: &[Range<usize>], step_s: f64) -> Vec<f64> {
+    fn where_biased(&self, mut otherwise: Vec<f64>, column: &[f64], parts: &[Range<usize>], step_s: f64) -> Vec<f64> {
         let squares = |r: usize| (r * (r + 1) * (2 * r + 1)) as f64 / 3.0;
         let noise =
             sigma(column, parts) / step_s * (1.0 / squares(half(self.reach)) - 1.0 / squares(self.reach)).sqrt();
-        let mut out = otherwise;
+        let is_biased = |n: usize| {
+            let around = (n - 1..n + 2).map(|m| self.bent(m)).sum::<f64>() / 3.0;
+            let is_clear = self.bent(n).abs().min(around * self.bent(n).signum()) > ALIKE * noise;
+            is_clear && self.short[n] * self.long[n] > 0.0 && self.sharp(n) * self.long[n] > 0.0
+        };
         for rows in parts.iter().filter(|rows| rows.len() > 2 * self.reach) {
-            for n in rows.start + self.reach..rows.end - self.reach {
-                let (bent, sharp) = (self.bent(n), self.sharp(n));
-                let around = (n - 1..n + 2).map(|m| self.bent(m)).sum::<f64>() / 3.0;
-                let is_biased = bent.abs().min(around * bent.signum()) > ALIKE * noise;
-                if is_biased && self.short[n] * self.long[n] > 0.0 && sharp * self.long[n] > 0.0 {
-                    out[n] = sharp;
-                }
-            }
+            let inner = rows.start + self.reach..rows.end - self.reach;
+            inner.filter(|n| is_biased(*n)).for_each(|n| otherwise[n] = self.sharp(n));
         }
-        out
+        otherwise
     }
 }
 
