@@ -69,6 +69,10 @@ const UNEVEN: f64 = 0.2;
 /// Unevenness limit for a name with a shape parameter at an end of its range, and for one beside a doubted name.
 const UNEVEN_BESIDE: f64 = 0.1;
 
+/// Unevenness limit for a name once everything nameless beside it is taken away: amplitudes per block then explain as
+/// much again as the name with a single one.
+const UNEVEN_BESIDE_NAMELESS: f64 = 1.0;
+
 /// Unevenness limit for a name that stands alone (no other name's form can leave the uneven part), and the least that
 /// amplitudes per block must then explain, nats. Read off an opened trial (docs/trials/14): with that much evidence,
 /// right names standing alone stay below 0.06.
@@ -125,6 +129,7 @@ pub(crate) fn doubts(bench: &Bench<'_>, fit: &Fit, members: &[Member]) -> Vec<Op
         let beside = with((UNEVEN_BESIDE, least));
         found.iter_mut().zip(beside).for_each(|(found, beside)| *found = found.or(beside));
     }
+    take_back_what_the_nameless_follows(bench, members, &mut found);
     let is_nameless = |at: &usize| found[*at].is_some() || members[*at].candidate.source.is_story();
     let (nameless, named): (Vec<usize>, Vec<usize>) = (0..members.len()).partition(is_nameless);
     // where several names stand, what is unnamed is their remainder, however large it is
@@ -143,6 +148,29 @@ pub(crate) fn doubts(bench: &Bench<'_>, fit: &Fit, members: &[Member]) -> Vec<Op
         }
     }
     found
+}
+
+/// Doubts names whose unevenness is covered by something without a name beside them: with all that is nameless taken
+/// away, amplitudes per block explain more than the name does with one.
+fn take_back_what_the_nameless_follows(bench: &Bench<'_>, members: &[Member], found: &mut [Option<Doubt>]) {
+    let is_named = |at: &usize| found[*at].is_none() && !members[*at].candidate.source.is_story();
+    let named: Vec<usize> = (0..members.len()).filter(is_named).collect();
+    if named.len() == members.len() {
+        return;
+    }
+    let alone: Vec<Member> = named.iter().map(|at| members[*at].clone()).collect();
+    let fit = bench.fit_members(&alone);
+    let rest = bench.rest(&fit);
+    for (at, member) in named.into_iter().zip(&alone) {
+        let source = &member.candidate.source;
+        if source.is_shift() || source.is_any(&UNEVEN_BY_NATURE) {
+            continue;
+        }
+        let (uneven, nats) = unevenness(bench, &own_force(bench, &fit, member), &rest);
+        if uneven > UNEVEN_BESIDE_NAMELESS && nats > LEAST {
+            found[at] = Some(Doubt::Uneven);
+        }
+    }
 }
 
 /// Doubts causes that should leave nothing to a curve where an unnamed curve explains more beside all causes.
@@ -366,9 +394,15 @@ fn is_telling(source: &Source, name: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use simulation::Simulation;
+    use simulation::curve::{Carrier, Curve};
     use simulation::mechanism::definition;
+    use simulation::profile::{Conditions, Order, Staircase};
+    use simulation::run::Run;
+    use simulation::sensor::Noise;
 
     use super::*;
+    use crate::search::workbench::{GUIDE, at_bench};
 
     fn at(id: Id, name: &str, at: f64) -> Source {
         let definition = definition(id);
@@ -424,5 +458,38 @@ mod tests {
         assert!(is_long_and_at_its_end(&at(Id::CableChain, "rolling", 1.0)));
         assert!(!is_long_and_at_its_end(&at(Id::CableChain, "rolling", 0.5)));
         assert!(!is_long_and_at_its_end(&at(Id::ViscousDrag, "minimal", 1.0)));
+    }
+
+    /// Strokes against a seal that rubs with 1 N for some of the time, under a zero that is off by 2 N.
+    fn rubbed(simulation: &Simulation, rubs: impl Fn(f64) -> bool) -> Run {
+        let at = Conditions { preload_n: Some(3000.0), temperature_degc: Some(40.0), external_load_n: None };
+        let speeds_m_s = vec![0.02, 0.05, 0.1, 0.2];
+        let staircase = Staircase { speeds_m_s, length_m: 0.2, order: Order::Both, ..Staircase::default() };
+        let course = staircase.course(200.0, &at).expect("a course");
+        let force = simulation.force(&course.run, &course.motion).expect("a force");
+        let mut noise = Noise::new(5, 0);
+        let rubbing = |t: f64, v: f64| if rubs(t) && v != 0.0 { v.signum() } else { 0.0 };
+        let rows = course.run.time_s.iter().zip(&course.motion.velocity_m_s).zip(force);
+        let drag_force_n = rows.map(|((t, v), force)| 2.0 + force + rubbing(*t, *v) + 0.2 * noise.gaussian()).collect();
+        Run { drag_force_n, ..course.run }
+    }
+
+    #[test]
+    fn a_name_that_acts_for_six_seconds_is_doubted_although_a_curve_beside_it_makes_up_for_that() {
+        let simulation = Simulation::from_toml(GUIDE).expect("a sound file");
+        let doubts_of = |rubs: &dyn Fn(f64) -> bool| {
+            at_bench(&simulation, &[rubbed(&simulation, rubs)], |bench, _, _| {
+                let knots = (0..40).map(|n| f64::from(n) * 2.0).collect();
+                let beside = Source::Story { curve: Curve { axis: Axis::Time, carrier: Carrier::Odd, knots } };
+                let sources = [at(Id::SealDrag, "minimal", 0.5), at(Id::ForceOffset, "minimal", 0.5), beside];
+                let members = sources.map(|source| {
+                    let candidate = bench.candidate(source).expect("it shows");
+                    bench.take(candidate)
+                });
+                doubts(bench, &bench.fit_members(&members), &members)
+            })
+        };
+        assert_eq!(doubts_of(&|_| true), [None; 3]);
+        assert_eq!(doubts_of(&|t| (24.0..30.0).contains(&t)), [Some(Doubt::Uneven), None, None]);
     }
 }

@@ -36,6 +36,8 @@ pub(crate) mod passes;
 pub(crate) mod refit;
 pub(crate) mod small;
 mod together;
+#[cfg(test)]
+mod workbench;
 
 use simulation::mechanism::Id;
 

@@ -152,18 +152,9 @@ mod tests {
     use simulation::sensor::Noise;
 
     use super::*;
-    use crate::calibration::{Calibrated, calibrate};
     use crate::fit::source::Source;
-    use crate::noise::rows::Rows;
-    use crate::nominal::Nominal;
-    use crate::recording::moving::Moving;
-    use crate::recording::side::Side;
-    use crate::report::DataQuality;
-    use crate::search::case::{Case, Given};
     use crate::search::polish;
-
-    const GUIDE: &str = "schema = \"guideblock.simulation/1\"\n[guide]\nparameters = \"zhou-2023\"\n[lubricant]\n\
-                         viscosity_cst = 100.0\n[operation]\npreload_n = 3000.0\n";
+    use crate::search::workbench::{GUIDE, at_bench};
 
     #[test]
     fn a_further_name_is_asked_for_a_twentieth_more_and_none_is_given_for_what_chance_adds() {
@@ -198,37 +189,19 @@ mod tests {
     fn a_run_in_beside_grease_that_suits_it_gives_way_to_a_loss_of_preload() {
         let simulation = Simulation::from_toml(GUIDE).expect("a sound file");
         let runs = [1500.0, 3000.0, 6000.0].map(|preload_n| run(&simulation, preload_n));
-        let nominal = Nominal::new(&simulation);
-        let moving = Moving::as_recorded(&runs);
-        let mut quality = DataQuality::default();
-        let side = Side::new(&simulation, &nominal, &nominal.start(), &moving, false, &mut quality).expect("a side");
-        let training = side.compared.clone();
-        let mut rows = Rows::new(&moving.runs, &training, 1);
-        let Calibrated { values, side, saturation, .. } =
-            calibrate(&simulation, &nominal, side, &mut rows, &training).expect("a law");
-        let given = Given {
-            simulation: &simulation,
-            nominal: &nominal,
-            ringing: None,
-            heard_n2: 0.0,
-            discarded_n2: 0.0,
-            edges: None,
-            step_n: None,
-        };
-        let case = Case { given, side: &side, training: &training, saturation: &saturation, seen_from_m: 0.0 };
-        let mut bench = case.around(&rows, &values).expect("a bench");
-        let tolerances = Tolerances { nominal: &nominal, moved: &values };
-        let mut pool = Pool::new(&bench, &tolerances, saturation.stories(), None);
-        let mut members: Vec<Member> = [(Id::RunIn, 20.0), (Id::ViscousDrag, 0.4)]
-            .map(|(id, number)| Source::Mechanism { definition: definition(id), form: 0, shape: vec![number] })
-            .map(|source| bench.candidate(source).expect("it shows"))
-            .into_iter()
-            .map(|candidate| bench.take(candidate))
-            .collect();
-        (0..3).for_each(|_| polish(&mut bench, &mut members));
-        assert!(exchange(&mut bench, &mut pool, &tolerances, &mut members));
-        let mut names: Vec<&str> = members.iter().map(|member| member.candidate.source.id()).collect();
-        names.sort_unstable();
+        let names = at_bench(&simulation, &runs, |bench, pool, tolerances| {
+            let mut members: Vec<Member> = [(Id::RunIn, 20.0), (Id::ViscousDrag, 0.4)]
+                .map(|(id, number)| Source::Mechanism { definition: definition(id), form: 0, shape: vec![number] })
+                .map(|source| bench.candidate(source).expect("it shows"))
+                .into_iter()
+                .map(|candidate| bench.take(candidate))
+                .collect();
+            (0..3).for_each(|_| polish(bench, &mut members));
+            assert!(exchange(bench, pool, tolerances, &mut members));
+            let mut names: Vec<&str> = members.iter().map(|member| member.candidate.source.id()).collect();
+            names.sort_unstable();
+            names
+        });
         assert_eq!(names, ["preload-loss", "viscous-drag"]);
     }
 }
