@@ -402,7 +402,7 @@ mod tests {
     use simulation::sensor::Noise;
 
     use super::*;
-    use crate::search::workbench::{GUIDE, at_bench};
+    use crate::search::workbench::{GUIDE, at_bench, taken};
 
     fn at(id: Id, name: &str, at: f64) -> Source {
         let definition = definition(id);
@@ -482,10 +482,7 @@ mod tests {
                 let knots = (0..40).map(|n| f64::from(n) * 2.0).collect();
                 let beside = Source::Story { curve: Curve { axis: Axis::Time, carrier: Carrier::Odd, knots } };
                 let sources = [at(Id::SealDrag, "minimal", 0.5), at(Id::ForceOffset, "minimal", 0.5), beside];
-                let members = sources.map(|source| {
-                    let candidate = bench.candidate(source).expect("it shows");
-                    bench.take(candidate)
-                });
+                let members = taken(bench, sources);
                 doubts(bench, &bench.fit_members(&members), &members)
             })
         };

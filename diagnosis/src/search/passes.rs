@@ -16,7 +16,7 @@ use crate::search::equivalents;
 use crate::search::found::{Causes, FAR, Found, again, amplitudes};
 use crate::search::holds::Floor;
 use crate::search::open_set::{self, NoiseOf, is_clock};
-use crate::search::small::{drop_beside_noisy_speed, drop_beside_ringing, drop_small};
+use crate::search::small::{drop_beside_noisy_speed, drop_beside_ringing, drop_small, drop_what_cancels};
 use crate::search::{drop_idle, search};
 
 /// RMS force, as a share of the noise, below which a cause is not worth reporting.
@@ -163,6 +163,7 @@ impl<'s> Pass<'s> {
         drop_small(&bench, &pool, &mut members);
         drop_beside_ringing(&bench, case.given.heard_n2, &mut members);
         drop_beside_noisy_speed(&bench, case.given.discarded_n2, &mut members);
+        drop_what_cancels(&bench, self.floor, &mut members);
         shorten(&mut bench, &mut pool, &mut members);
         equivalents::exchange_refused(&mut bench, &mut pool, &tolerances, &mut members);
         let doubts = doubted(&mut bench, &mut pool, &tolerances, &mut members, self.floor);

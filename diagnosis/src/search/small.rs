@@ -5,11 +5,11 @@ use simulation::mechanism::Id;
 use crate::fit::bench::Bench;
 use crate::fit::member::{Beside, Candidate, Gain, Member};
 use crate::fit::pool::Pool;
-use crate::fit::rest::{among, beyond};
+use crate::fit::rest::{among, beyond, power};
 use crate::numbers::linear::{Cholesky, Symmetric, dot};
 use crate::search::adequacy;
 use crate::search::found::amplitudes;
-use crate::search::holds::{is_small, may_leave, shows_beside_leavings};
+use crate::search::holds::{Floor, is_small, may_leave, shows_beside_leavings};
 
 /// Share, in square, of what all causes explain together below which a cause is not named: less than a fourteenth of a
 /// force is within the error of its form. Of 16 such fitted names on opened trials (9, 10 and seed 303) all were false,
@@ -101,6 +101,31 @@ pub(crate) fn drop_beside_noisy_speed(bench: &Bench<'_>, discarded_n2: f64, memb
     while discarded_n2 > 0.0 && drop_smallest(bench, discarded_n2, LEAST_SHARE, members) {}
 }
 
+/// Drops pairs of members of which nothing that matters is left where they act against one another: a filter and a
+/// recording that is early by as much round off what noise there is.
+pub(crate) fn drop_what_cancels(bench: &Bench<'_>, floor: Floor, members: &mut Vec<Member>) {
+    while let Some((one, other)) = cancelling(bench, floor, members) {
+        members.remove(other);
+        members.remove(one);
+    }
+}
+
+/// Two members, the former first, whose RMS force together is below the floor of either.
+fn cancelling(bench: &Bench<'_>, floor: Floor, members: &[Member]) -> Option<(usize, usize)> {
+    let fit = bench.fit_members(members);
+    let forces: Vec<Vec<f64>> =
+        members.iter().map(|member| bench.force(&member.candidate.source, &member.amplitudes(&fit))).collect();
+    let is_asked = |at: &usize| !bench.is_spoken_for(&members[*at].candidate.source) && !forces[*at].is_empty();
+    let asked: Vec<usize> = (0..members.len()).filter(is_asked).collect();
+    let pairs =
+        asked.iter().flat_map(|one| asked.iter().filter(move |other| *other > one).map(move |other| (*one, *other)));
+    pairs.into_iter().find(|(one, other)| {
+        let together: Vec<f64> = forces[*one].iter().zip(&forces[*other]).map(|(one, other)| one + other).collect();
+        let least = floor.of(&members[*one].candidate.source).min(floor.of(&members[*other].candidate.source));
+        power(&bench.rows, &together).sqrt() < least
+    })
+}
+
 /// Drops the smallest member that neither rings nor is spoken for, if its share of what all explain together with
 /// another mean square, N², is below `least`. Returns whether there was one.
 fn drop_smallest(bench: &Bench<'_>, beside_n2: f64, least: f64, members: &mut Vec<Member>) -> bool {
@@ -166,7 +191,41 @@ fn least_share(of_evidence: f64, is_at_an_end: impl FnOnce() -> bool, is_small: 
 
 #[cfg(test)]
 mod tests {
+    use simulation::Simulation;
+    use simulation::mechanism::definition;
+    use simulation::profile::{Conditions, Order, Staircase};
+    use simulation::run::Run;
+    use simulation::sensor::Noise;
+
     use super::*;
+    use crate::fit::source::Source;
+    use crate::search::workbench::{GUIDE, at_bench, taken};
+
+    #[test]
+    fn a_filter_and_a_recording_that_is_early_by_as_much_are_dropped_together_and_a_filter_alone_is_kept() {
+        let simulation = Simulation::from_toml(GUIDE).expect("a sound file");
+        let at = Conditions { preload_n: Some(3000.0), temperature_degc: Some(40.0), external_load_n: None };
+        let staircase = Staircase { length_m: 0.1, order: Order::Both, ..Staircase::default() };
+        let course = staircase.course(200.0, &at).expect("a course");
+        let force = simulation.force(&course.run, &course.motion).expect("a force");
+        // read ahead by so many rows, then filtered with a time constant of so many rows
+        let left_with = |ahead: usize, filter: f64| {
+            let (mut noise, mut filtered) = (Noise::new(3, 0), force[0]);
+            let read = (0..force.len()).map(|n| {
+                filtered += (force[(n + ahead).min(force.len() - 1)] - filtered) / (1.0 + filter);
+                filtered + 0.2 * noise.gaussian()
+            });
+            let run = Run { drag_force_n: read.collect(), ..course.run.clone() };
+            at_bench(&simulation, &[run], |bench, _, _| {
+                let source = |id| Source::Mechanism { definition: definition(id), form: 0, shape: vec![2e-3] };
+                let mut members = taken(bench, [Id::TimeMisalignment, Id::ForceLowpass].map(source));
+                let floor = Floor { any_n: 0.02, inexact_n: 0.0, rounding_n: 0.0, is_coarse: false };
+                drop_what_cancels(bench, floor, &mut members);
+                members.len()
+            })
+        };
+        assert_eq!([left_with(1, 1.0), left_with(0, 2.0)], [0, 2]);
+    }
 
     #[test]
     fn what_pulls_against_another_counts_by_itself() {

@@ -154,7 +154,7 @@ mod tests {
     use super::*;
     use crate::fit::source::Source;
     use crate::search::polish;
-    use crate::search::workbench::{GUIDE, at_bench};
+    use crate::search::workbench::{GUIDE, at_bench, taken};
 
     #[test]
     fn a_further_name_is_asked_for_a_twentieth_more_and_none_is_given_for_what_chance_adds() {
@@ -190,12 +190,8 @@ mod tests {
         let simulation = Simulation::from_toml(GUIDE).expect("a sound file");
         let runs = [1500.0, 3000.0, 6000.0].map(|preload_n| run(&simulation, preload_n));
         let names = at_bench(&simulation, &runs, |bench, pool, tolerances| {
-            let mut members: Vec<Member> = [(Id::RunIn, 20.0), (Id::ViscousDrag, 0.4)]
-                .map(|(id, number)| Source::Mechanism { definition: definition(id), form: 0, shape: vec![number] })
-                .map(|source| bench.candidate(source).expect("it shows"))
-                .into_iter()
-                .map(|candidate| bench.take(candidate))
-                .collect();
+            let source = |(id, number)| Source::Mechanism { definition: definition(id), form: 0, shape: vec![number] };
+            let mut members = taken(bench, [(Id::RunIn, 20.0), (Id::ViscousDrag, 0.4)].map(source));
             (0..3).for_each(|_| polish(bench, &mut members));
             assert!(exchange(bench, pool, tolerances, &mut members));
             let mut names: Vec<&str> = members.iter().map(|member| member.candidate.source.id()).collect();
