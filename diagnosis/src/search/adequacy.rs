@@ -343,6 +343,11 @@ fn numbers_at_their_end(source: &Source) -> Vec<&'static str> {
         .collect()
 }
 
+/// Whether a shape parameter of a cause lies at an end of its range.
+pub(crate) fn is_at_an_end(source: &Source) -> bool {
+    !numbers_at_their_end(source).is_empty()
+}
+
 /// Whether a shape parameter of a cause is held at an end of its range: either that end alone is telling, or the cause
 /// explains less a little farther in, by more than the tie between two indistinguishable causes. `fit`: law and others;
 /// `gain`: what the cause adds.
