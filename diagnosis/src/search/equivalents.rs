@@ -237,7 +237,7 @@ impl Race<'_, '_> {
             self.tie()
         };
         let behind = if is_viscous && adequacy::is_at_an_end(&candidate.source) {
-            // another exponent than that resistance has
+            // its exponent would have to be another than that resistance has
             f64::INFINITY
         } else if is_plain || is_within_a_row || is_viscous {
             own_nats - gain.nats
